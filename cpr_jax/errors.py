@@ -1,0 +1,27 @@
+"""The mistakes of users, apart from those of programs."""
+
+from collections.abc import Mapping
+
+_LONGEST = 60
+
+
+class InputError(ValueError):
+    """A mistake in what the user gave; the command line turns it into exit code 2.
+
+    Its message is one line: what must hold, and what was given instead.
+    """
+
+
+def shown(value: object) -> str:
+    """A value as an error message shows it: short, on one line, without control characters."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, Mapping):
+        return "a table"
+    if isinstance(value, list | tuple):
+        return f"a list of {len(value)}"
+    try:
+        text = repr(value) if isinstance(value, str | int | float) else repr(str(value))
+    except ValueError:  # Python refuses to print integers of thousands of digits.
+        return "a number too long to print"
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"

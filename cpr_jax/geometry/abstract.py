@@ -1,0 +1,103 @@
+"""What the rest of the package asks of the plane and of space."""
+
+import abc
+from collections.abc import Sequence
+from typing import ClassVar, TypeAlias
+
+from jaxtyping import Array, Float
+
+# Vectors are tuples of scalars here: under `vmap` each component then is one contiguous
+# row with the samples last in memory, and no stage of the integration pays for stacking.
+Components: TypeAlias = Sequence[Float[Array, ""]]
+
+
+class AbstractGeometry(abc.ABC):
+    """The Euclidean group of the plane or of space, in components.
+
+    A rotation is a unit complex number `(cos, sin)` in the plane and a unit quaternion
+    `(w, x, y, z)` in space. The first local axis of a cross-section is the tangent of its
+    rod. Instances carry no data and serve as static fields.
+    """
+
+    name: ClassVar[str]
+    axes: ClassVar[tuple[str, ...]]
+    """Names of the world axes, in the order of the components of a vector."""
+    rotation_axes: ClassVar[tuple[str, ...]]
+    """Names of the world axes that a rotation or a moment can have."""
+
+    @property
+    def d(self) -> int:
+        """Number of components of a position or a force."""
+        return len(self.axes)
+
+    @property
+    def r(self) -> int:
+        """Number of components of a moment or an angular velocity."""
+        return len(self.rotation_axes)
+
+    @property
+    def freedoms(self) -> int:
+        """Number of freedoms of a rigid body: 3 in the plane, 6 in space."""
+        return self.d + self.r
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other)
+
+    def __hash__(self) -> int:
+        return hash(type(self))
+
+    def __repr__(self) -> str:
+        return self.name.upper()
+
+    @property
+    @abc.abstractmethod
+    def identity(self) -> tuple[float, ...]:
+        """The rotation that does nothing."""
+
+    @abc.abstractmethod
+    def rotate(self, rotation: Components, vector: Components) -> Components:
+        """A vector of the local frame, expressed in the outer one: `R v`."""
+
+    @abc.abstractmethod
+    def unrotate(self, rotation: Components, vector: Components) -> Components:
+        """A vector of the outer frame, expressed in the local one: `Rᵀ v`."""
+
+    @abc.abstractmethod
+    def to_local(self, rotation: Components, moment: Components) -> Components:
+        """A moment of the outer frame, expressed in the local one."""
+
+    @abc.abstractmethod
+    def to_outer(self, rotation: Components, moment: Components) -> Components:
+        """A moment of the local frame, expressed in the outer one."""
+
+    @abc.abstractmethod
+    def tangent(self, rotation: Components) -> Components:
+        """The first local axis in the outer frame."""
+
+    @abc.abstractmethod
+    def rate(self, rotation: Components, curvature: Components) -> Components:
+        """Derivative of the rotation that turns with `curvature`, local axes, rad/m."""
+
+    @abc.abstractmethod
+    def compose(self, outer: Components, inner: Components) -> Components:
+        """The rotation `R_outer R_inner`."""
+
+    @abc.abstractmethod
+    def inverse(self, rotation: Components) -> Components:
+        """The rotation `Rᵀ`."""
+
+    @abc.abstractmethod
+    def normalise(self, rotation: Components) -> Components:
+        """Removes what the integration has added to the length of the rotation."""
+
+    @abc.abstractmethod
+    def exp(self, vector: Components) -> Components:
+        """The rotation by a rotation vector (an angle in the plane), rad."""
+
+    @abc.abstractmethod
+    def log(self, rotation: Components) -> Components:
+        """The rotation vector of a rotation, its angle in (-π, π], rad."""
+
+    @abc.abstractmethod
+    def cross(self, arm: Components, force: Components) -> Components:
+        """The moment `arm × force`."""

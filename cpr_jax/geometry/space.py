@@ -1,0 +1,102 @@
+"""Space: world axes x, y, z; the restriction to the yz-plane is `Plane`."""
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from .abstract import AbstractGeometry, Components
+
+# Below this squared angle the series of sin and cos are exact to rounding.
+_SMALL = 1e-4
+
+
+class Space(AbstractGeometry):
+    """SE(3) with rotations as unit quaternions `(w, x, y, z)`."""
+
+    name = "space"
+    axes = ("x", "y", "z")
+    rotation_axes = ("x", "y", "z")
+
+    @property
+    def identity(self) -> tuple[float, ...]:
+        return (1.0, 0.0, 0.0, 0.0)
+
+    def rotate(self, rotation: Components, vector: Components) -> Components:
+        w, *axis = rotation
+        twice = [2.0 * c for c in self.cross(axis, vector)]
+        turned = self.cross(axis, twice)
+        return tuple(v + w * t + u for v, t, u in zip(vector, twice, turned, strict=True))
+
+    def unrotate(self, rotation: Components, vector: Components) -> Components:
+        return self.rotate(self.inverse(rotation), vector)
+
+    def to_local(self, rotation: Components, moment: Components) -> Components:
+        return self.unrotate(rotation, moment)
+
+    def to_outer(self, rotation: Components, moment: Components) -> Components:
+        return self.rotate(rotation, moment)
+
+    def tangent(self, rotation: Components) -> Components:
+        w, x, y, z = rotation
+        return 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)
+
+    def rate(self, rotation: Components, curvature: Components) -> Components:
+        w, x, y, z = rotation
+        a, b, c = (0.5 * u for u in curvature)
+        return (
+            -x * a - y * b - z * c,
+            w * a + y * c - z * b,
+            w * b + z * a - x * c,
+            w * c + x * b - y * a,
+        )
+
+    def compose(self, outer: Components, inner: Components) -> Components:
+        w, x, y, z = outer
+        v, a, b, c = inner
+        return (
+            w * v - x * a - y * b - z * c,
+            w * a + x * v + y * c - z * b,
+            w * b + y * v + z * a - x * c,
+            w * c + z * v + x * b - y * a,
+        )
+
+    def inverse(self, rotation: Components) -> Components:
+        w, x, y, z = rotation
+        return w, -x, -y, -z
+
+    def normalise(self, rotation: Components) -> Components:
+        norm = jnp.sqrt(sum(c * c for c in rotation))
+        return tuple(c / norm for c in rotation)
+
+    def exp(self, vector: Components) -> Components:
+        squared = _squared(vector)
+        small = squared < _SMALL
+        half = 0.5 * jnp.sqrt(jnp.where(small, 1.0, squared))
+        w = jnp.where(small, 1.0 - squared / 8.0 + squared**2 / 384.0, jnp.cos(half))
+        factor = jnp.where(
+            small, 0.5 - squared / 48.0 + squared**2 / 3840.0, jnp.sin(half) / (2.0 * half)
+        )
+        return w, *(factor * c for c in vector)
+
+    def log(self, rotation: Components) -> Components:
+        # q and -q are one rotation; the sign of w chooses the shorter way round.
+        sign = jnp.where(rotation[0] < 0.0, -1.0, 1.0)
+        w, *axis = (sign * c for c in rotation)
+        squared = _squared(axis)
+        small = squared < _SMALL
+        sine = jnp.sqrt(jnp.where(small, 1.0, squared))
+        series = 2.0 + squared / 3.0 + 3.0 * squared**2 / 20.0 + 5.0 * squared**3 / 56.0
+        factor = jnp.where(small, series, 2.0 * jnp.arctan2(sine, w) / sine)
+        return tuple(factor * c for c in axis)
+
+    def cross(self, arm: Components, force: Components) -> Components:
+        x, y, z = arm
+        a, b, c = force
+        return y * c - z * b, z * a - x * c, x * b - y * a
+
+
+def _squared(vector: Components) -> Float[Array, ""]:
+    x, y, z = vector
+    return x * x + y * y + z * z
+
+
+SPACE = Space()

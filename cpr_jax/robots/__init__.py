@@ -1,0 +1,1 @@
+"""Floor 3: descriptions of robots, without any solving."""

@@ -1,0 +1,117 @@
+"""Robots that papers, tests and examples name."""
+
+from collections.abc import Sequence
+
+import jax.numpy as jnp
+
+from ..geometry import PLANE
+from ..rods.rod import kirchhoff_rod
+from .joint import Joint, pivot
+from .leg import make_leg
+from .robot import Robot, make_robot
+
+
+def rfrfr(
+    *,
+    l: float = 0.25,  # noqa: E741
+    a: float = 0.045,
+    b: float = 0.035,
+    d: float = 0.2,
+    k_b: float | Sequence[float] = 0.0183,
+    r_c: Sequence[float] = (-1.0, 1.0),
+    f_P: Sequence[float] = (0.0, 1.0),
+    printed_moment_row: bool = False,
+) -> Robot:
+    """The planar RFRFR robot of the paper, with Table 1 as defaults (SI units).
+
+    Two revolute motors at `(∓d/2, 0)` each turn a rigid segment `a`, a precurved rod and a rigid
+    segment `b`; a pivot joins both at the end-effector. The first leg is the left one; it has
+    the negative radius, so that the unloaded legs bow outward.
+
+    **Arguments:**
+
+    - `l`, `a`, `b`, `d`: length of the rods, of the rigid segments, distance of the motors, m.
+    - `k_b`: bending stiffness, N·m², one or one a leg. Table 1 prints N·mm², which would make
+        the rods 2.7 kPa soft.
+    - `r_c`: radii of precurvature, m.
+    - `f_P`: force on the end-effector, N.
+    - `printed_moment_row`: use `m_x(l_i) = 0` at the rods' tips, as (15) is printed, instead of
+        no moment at the pivot.
+    """
+    stiffness = jnp.broadcast_to(jnp.asarray(k_b, float), (2,))
+    joint = pivot(PLANE)
+    if printed_moment_row:
+        joint = Joint(free=joint.free, lever=jnp.asarray(0.0))
+    legs = [
+        make_leg(
+            PLANE,
+            (side * d / 2.0, 0.0),
+            kirchhoff_rod(PLANE, l, stiffness[i], 1.0 / r_c[i]),
+            a=a,
+            b=b,
+            joint=joint,
+        )
+        for i, side in enumerate((-1.0, 1.0))
+    ]
+    return make_robot(
+        PLANE,
+        legs,
+        oriented=False,
+        f_P=f_P,
+        home=((2.7, 0.44), (0.0, 0.2)),
+        uncertainty={"k_b1": 4.73e-3, "r_c1": 0.1, "k_b2": 4.73e-3, "r_c2": 0.1},
+        name="RFRFR",
+    )
+
+
+def rfrfr_straight(*, f_P: Sequence[float] = (0.0, 0.0)) -> Robot:
+    """The RFRFR robot with straight rods of 1 m and no rigid segments.
+
+    From Zaccaria's shooting code in *A Gazebo Simulator for Continuum Parallel Robots*: rods of
+    1 mm radius and 200 GPa, motors 0.4 m apart.
+    """
+    legs = [
+        make_leg(PLANE, (side * 0.2, 0.0), kirchhoff_rod(PLANE, 1.0, 0.1570796327))
+        for side in (-1.0, 1.0)
+    ]
+    return make_robot(
+        PLANE,
+        legs,
+        oriented=False,
+        f_P=f_P,
+        home=((jnp.deg2rad(120.0), jnp.deg2rad(60.0)), (0.0, 0.9275)),
+        uncertainty={"k_b1": 0.0157, "k_b2": 0.0157},
+        name="straight RFRFR",
+    )
+
+
+def three_rfr() -> Robot:
+    """A planar 3-RFR robot: three precurved rods carry a triangular platform.
+
+    Motors on a circle of 0.25 m, pivots on a circle of 0.06 m of the platform, rods of 0.25 m
+    with the stiffness of the paper's robot.
+    """
+    legs = []
+    for angle in (-jnp.pi / 2.0, jnp.pi / 6.0, 5.0 * jnp.pi / 6.0):
+        direction = jnp.array([jnp.cos(angle), jnp.sin(angle)])
+        legs.append(
+            make_leg(
+                PLANE,
+                0.25 * direction,
+                kirchhoff_rod(PLANE, 0.25, 0.0183, 2.0),
+                attachment_position=0.06 * direction,
+            )
+        )
+    return make_robot(
+        PLANE,
+        legs,
+        oriented=True,
+        f_P=(0.0, -0.5),
+        home=((1.2, 3.3, 5.4), (0.0, 0.0, 0.0)),
+        uncertainty={
+            label: value
+            for i in (1, 2, 3)
+            for label, value in ((f"k_b{i}", 1.83e-3), (f"r_c{i}", 0.05))
+        },
+        name="3-RFR",
+    )

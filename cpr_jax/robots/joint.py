@@ -1,0 +1,52 @@
+"""Joints as data: which relative motions they leave free."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..geometry import AbstractGeometry
+
+
+class Joint(eqx.Module):
+    """The joint between the tip of a leg and the platform.
+
+    Each direction of the joint frame gives one row of the residual: where it is locked, the
+    relative position or rotation, which must vanish; where it is free, the component of the
+    transmitted wrench, which must vanish too. No joint needs code of its own.
+
+    **Attributes:**
+
+    - `free`: 1 where the relative motion is free, 0 where it is locked; the `d` translations,
+        then the `r` rotations along the joint's axes.
+    - `lever`: 1 takes the moment at the joint, `m(l) - R b × n(l)`; 0 takes it at the tip of the
+        rod, `m(l)`, as (15) is printed, which is not in equilibrium unless b = 0.
+    """
+
+    free: Float[Array, "*batch freedoms"]
+    lever: Float[Array, "*batch"]
+
+
+def _joint(geometry: AbstractGeometry, translations: list[int], rotations: list[int]) -> Joint:
+    free = jnp.zeros(geometry.freedoms)
+    free = free.at[jnp.array(translations + [geometry.d + k for k in rotations], int)].set(1.0)
+    return Joint(free=free, lever=jnp.asarray(1.0))
+
+
+def pivot(geometry: AbstractGeometry) -> Joint:
+    """A revolute joint about the last local axis, the normal of a planar robot's plane."""
+    return _joint(geometry, [], [geometry.r - 1])
+
+
+def spherical(geometry: AbstractGeometry) -> Joint:
+    """A joint that leaves every rotation free; in the plane the same as `pivot`."""
+    return _joint(geometry, [], list(range(geometry.r)))
+
+
+def clamped(geometry: AbstractGeometry) -> Joint:
+    """A rigid connection."""
+    return _joint(geometry, [], [])
+
+
+def slider(geometry: AbstractGeometry, axis: int = 0) -> Joint:
+    """A prismatic joint along a local axis (0: the first axis of the platform's attachment)."""
+    return _joint(geometry, [axis], [])

@@ -1,0 +1,86 @@
+"""A leg: actuator, rigid segment a, rod, rigid segment b, joint, attachment on the platform."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, ArrayLike, Float
+
+from ..geometry import AbstractGeometry
+from ..rods.rod import Rod
+from .joint import Joint, pivot
+
+
+class Leg(eqx.Module):
+    """One leg; in a robot, all legs stacked along a first axis.
+
+    **Attributes** (lengths in m, angles in rad):
+
+    - `base_position`: of the motor in world axes, shape `(d,)`.
+    - `base_rotation`: orientation of the motor at `q = 0` as a rotation vector, shape `(r,)`.
+    - `screw`: motion of the motor per unit of `q` in its own axes: `d` translations, `r`
+        rotations. A revolute motor has a 1 in its last place.
+    - `feed`: rod length fed per unit of `q`, or `None` where no leg feeds any.
+    - `a`, `b`: rigid segments before and after the rod, in the axes of the rod's ends, `(d,)`.
+    - `rod`, `joint`: see `Rod` and `Joint`.
+    - `attachment_position`, `attachment_rotation`: joint frame on the platform, in its axes.
+    """
+
+    base_position: Float[Array, "*batch d"]
+    base_rotation: Float[Array, "*batch r"]
+    screw: Float[Array, "*batch freedoms"]
+    a: Float[Array, "*batch d"]
+    rod: Rod
+    b: Float[Array, "*batch d"]
+    joint: Joint
+    attachment_position: Float[Array, "*batch d"]
+    attachment_rotation: Float[Array, "*batch r"]
+    feed: Float[Array, "*batch"] | None = None
+
+
+def revolute_screw(geometry: AbstractGeometry) -> Float[Array, " freedoms"]:
+    """A motor that turns about the last local axis."""
+    return jnp.zeros(geometry.freedoms).at[-1].set(1.0)
+
+
+def prismatic_screw(geometry: AbstractGeometry, axis: int = 0) -> Float[Array, " freedoms"]:
+    """A motor that slides along a local axis."""
+    return jnp.zeros(geometry.freedoms).at[axis].set(1.0)
+
+
+def make_leg(
+    geometry: AbstractGeometry,
+    base_position: ArrayLike,
+    rod: Rod,
+    *,
+    a: ArrayLike = 0.0,
+    b: ArrayLike = 0.0,
+    base_rotation: ArrayLike | None = None,
+    screw: ArrayLike | None = None,
+    feed: ArrayLike | None = None,
+    joint: Joint | None = None,
+    attachment_position: ArrayLike | None = None,
+    attachment_rotation: ArrayLike | None = None,
+) -> Leg:
+    """A leg with the usual defaults: a revolute motor, a pivot, no rigid segments.
+
+    `a` and `b` are vectors in the axes of the rod's ends, or lengths along its tangent.
+    """
+
+    def along_tangent(segment):
+        segment = jnp.asarray(segment, float)
+        return segment if segment.ndim else jnp.zeros(geometry.d).at[0].set(segment)
+
+    def vector(value, size):
+        return jnp.zeros(size) if value is None else jnp.asarray(value, float)
+
+    return Leg(
+        base_position=jnp.asarray(base_position, float),
+        base_rotation=vector(base_rotation, geometry.r),
+        screw=revolute_screw(geometry) if screw is None else jnp.asarray(screw, float),
+        a=along_tangent(a),
+        rod=rod,
+        b=along_tangent(b),
+        joint=pivot(geometry) if joint is None else joint,
+        attachment_position=vector(attachment_position, geometry.d),
+        attachment_rotation=vector(attachment_rotation, geometry.r),
+        feed=None if feed is None else jnp.asarray(feed, float),
+    )

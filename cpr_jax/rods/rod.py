@@ -1,0 +1,93 @@
+"""The description of one rod."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, ArrayLike, Float
+
+from ..geometry import AbstractGeometry
+from .section import Material, Section
+
+
+class Rod(eqx.Module):
+    """A uniform rod in compliance form.
+
+    Compliances instead of stiffnesses make the Kirchhoff rod the case of a strain compliance
+    of zero. `None` stands for a physical effect that is left out, and costs nothing.
+
+    **Attributes** (local axes: the first is the tangent; `d` = 2, `r` = 1 in the plane,
+    `d` = `r` = 3 in space):
+
+    - `length`: m.
+    - `curvature_compliance`: `1 / k_b`, shape `(r,)`, 1/(N·m²); in space
+        (torsion, bending about 2, bending about 3).
+    - `precurvature`: curvature at rest `1 / r_c`, shape `(r,)`, 1/m.
+    - `strain_compliance`: shape `(d,)`, 1/N (stretch, then shear), or `None` for an inextensible
+        and unshearable rod.
+    - `force`: distributed dead force in world axes, shape `(d,)`, N/m, or `None`.
+    - `moment`: distributed dead moment in world axes, shape `(r,)`, N, or `None`.
+    """
+
+    length: Float[Array, "*batch"]
+    curvature_compliance: Float[Array, "*batch r"]
+    precurvature: Float[Array, "*batch r"]
+    strain_compliance: Float[Array, "*batch d"] | None = None
+    force: Float[Array, "*batch d"] | None = None
+    moment: Float[Array, "*batch r"] | None = None
+
+
+def kirchhoff_rod(
+    geometry: AbstractGeometry,
+    length: ArrayLike,
+    k_b: ArrayLike,
+    precurvature: ArrayLike = 0.0,
+    force: ArrayLike | None = None,
+    moment: ArrayLike | None = None,
+) -> Rod:
+    """An inextensible, unshearable rod from its stiffnesses.
+
+    **Arguments:**
+
+    - `length`: m.
+    - `k_b`: bending stiffness, N·m²; in space `(k_t, k_2, k_3)`, or one number for all three.
+    - `precurvature`: `1 / r_c`, 1/m; in space a vector, or one number for the axis 3.
+    - `force`, `moment`: distributed dead load in world axes, N/m and N.
+    """
+    precurvature = jnp.asarray(precurvature, float)
+    if precurvature.ndim == 0:
+        precurvature = jnp.zeros(geometry.r).at[-1].set(precurvature)
+    return Rod(
+        length=jnp.asarray(length, float),
+        curvature_compliance=1.0 / jnp.broadcast_to(jnp.asarray(k_b, float), (geometry.r,)),
+        precurvature=precurvature,
+        force=None if force is None else jnp.asarray(force, float),
+        moment=None if moment is None else jnp.asarray(moment, float),
+    )
+
+
+def section_rod(
+    geometry: AbstractGeometry,
+    length: ArrayLike,
+    section: Section,
+    material: Material,
+    precurvature: ArrayLike = 0.0,
+    extensible: bool = False,
+    gravity: ArrayLike | None = None,
+) -> Rod:
+    """A rod made from a section and a material.
+
+    **Arguments:**
+
+    - `extensible`: also stretch and shear (Cosserat); otherwise Kirchhoff.
+    - `gravity`: acceleration in world axes, m/s², shape `(d,)`; the rod then carries its weight
+        `density area gravity`.
+    """
+    curvature, strain = section.compliances(geometry, material)
+    weight = None
+    if gravity is not None:
+        weight = material.density * section.area * jnp.asarray(gravity, float)
+    rod = kirchhoff_rod(geometry, length, 1.0 / curvature, precurvature, force=weight)
+    if not extensible:
+        return rod
+    return eqx.tree_at(
+        lambda rod: rod.strain_compliance, rod, strain, is_leaf=lambda leaf: leaf is None
+    )

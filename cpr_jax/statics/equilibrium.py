@@ -1,0 +1,199 @@
+"""The forward and the inverse geometrico-static problem."""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, ArrayLike, Float, Int
+
+from ..errors import InputError
+from ..robots.robot import Robot
+from ..rods.integration import DEFAULT_STEPS
+from .guess import assemble, detours, move, search
+from .measures import Measures, measure
+from .problem import Problem, find_root, forward_rows, inverse_rows
+from .status import SolveError, Status
+from .unknowns import State, ravel, unknown_scales, unravel
+
+
+class Equilibrium(eqx.Module):
+    """A static configuration of a robot, or the reason why there is none.
+
+    Where `status` is not `SOLVED`, every physical number is NaN.
+
+    **Attributes** (SI units, world axes):
+
+    - `q_a`: motor positions, rad or m, shape `(n_a,)`.
+    - `q_p`: position of the platform, m, and rotation vector of a body, rad, shape `(n_p,)`.
+    - `mu`: base wrenches `n_i(0)`, N, then `m_i(0)`, N·m, shape `(n, d + r)`.
+    - `status`: a `Status` code.
+    - `residual`: largest entry of the residual in units of `scales(robot)`.
+    - `measures`: conditioning, distance to singularities, motor torques, energy.
+    - `branch`: how the branch was chosen: `home`, `neighbour` or `search`.
+    """
+
+    q_a: Float[Array, " n_a"]
+    q_p: Float[Array, " n_p"]
+    mu: Float[Array, "n freedoms"]
+    status: Int[Array, ""]
+    residual: Float[Array, ""]
+    measures: Measures
+    branch: str = eqx.field(static=True)
+
+    @property
+    def y(self) -> Float[Array, " n_y"]:
+        """The flat unknowns `(q_a, q_p, μ_1, …, μ_n)`."""
+        return ravel(State(self.q_a, self.q_p, self.mu))
+
+    @property
+    def base_wrenches(self) -> Float[Array, "n freedoms"]:
+        """`μ`, a row a leg."""
+        return self.mu
+
+    @property
+    def motor_torques(self) -> Float[Array, " n_a"]:
+        """What the motors exert on the legs, N·m (N where they slide)."""
+        return self.measures.motor_torques
+
+
+def solve_inverse(
+    robot: Robot,
+    point: ArrayLike,
+    *,
+    guess: Equilibrium | None = None,
+    steps: int = DEFAULT_STEPS,
+    throw: bool = True,
+) -> Equilibrium:
+    """The motor positions and the shape that put the platform at a point (15).
+
+    **Arguments:**
+
+    - `robot`: with as many motors as platform coordinates.
+    - `point`: desired `q_p`: the position, m, and for a body its rotation vector, rad.
+    - `guess`: an equilibrium from which the branch is followed along a line. Without it, the
+        branch is the one of the robot's home configuration; a robot without one is searched
+        systematically and its equilibrium of least energy is taken.
+    - `steps`: integration steps along each rod.
+    - `throw`: raise where there is no solution; otherwise the status tells. Under `jax.jit`,
+        `jax.vmap` and the like nothing raises.
+
+    **Returns:**
+
+    An `Equilibrium`, differentiable in every number of `robot` and in `point`.
+
+    **Raises:** `ValueError` for a bad argument; `SolveError` where there is no solution.
+    """
+    point = _checked("point", point, robot.n_p, robot)
+    target = jnp.concatenate([jnp.zeros(robot.n_a), point])
+    return _solve(robot, inverse_rows(robot), target, guess, steps, throw)
+
+
+def solve_forward(
+    robot: Robot,
+    q_a: ArrayLike,
+    *,
+    guess: Equilibrium | None = None,
+    steps: int = DEFAULT_STEPS,
+    throw: bool = True,
+) -> Equilibrium:
+    """The platform pose and the shape that belong to motor positions.
+
+    Arguments as in `solve_inverse`, with `q_a` the motor positions, rad or m.
+    """
+    q_a = _checked("q_a", q_a, robot.n_a, robot)
+    target = jnp.concatenate([q_a, jnp.zeros(robot.n_p)])
+    return _solve(robot, forward_rows(robot), target, guess, steps, throw)
+
+
+def _solve(robot, imposed, target, guess, steps, throw):
+    traced = any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((robot, target)))
+    frozen = jax.lax.stop_gradient(robot)
+    goal = jax.lax.stop_gradient(target)
+    branch = "home"
+    if guess is not None:
+        start, branch = jax.lax.stop_gradient(guess.y), "neighbour"
+        reached = move(frozen, imposed, start, straight(robot, start, goal), steps)
+    elif robot.home is not None:
+        rough = jnp.concatenate([frozen.home.q_a, frozen.home.q_p])
+        start = assemble(frozen, rough, steps).y
+        reached = move(frozen, imposed, start, straight(robot, start, goal), steps)
+    elif traced:
+        raise InputError(
+            "Argument `robot` must have a home configuration to be solved without a `guess` "
+            "inside a JAX transformation, but its `home` is None."
+        )
+    else:
+        branch = "search"
+        reached = search(frozen, imposed, goal, steps)
+    if not traced and branch != "search" and int(reached.status) == Status.LOST:
+        reached = detours(frozen, imposed, start, goal, reached, steps)
+    equilibrium = polish(robot, imposed, target, reached, branch, steps)
+    if throw and not traced and int(equilibrium.status) != Status.SOLVED:
+        status = Status(int(equilibrium.status))
+        raise SolveError(status, f"No equilibrium of {robot.name}: {status.message}.")
+    return equilibrium
+
+
+def straight(robot, start, goal):
+    """A line to the goal with a corner in its middle, in the form that detours bend."""
+    n_q = robot.n_a + robot.n_p
+    return jnp.stack([0.5 * (start[:n_q] + goal), goal])
+
+
+@eqx.filter_jit
+def polish(robot, imposed, target, reached, branch, steps):
+    """The equilibrium at the end of a track, with its derivatives and its measures."""
+    guess = jnp.where(reached.status == Status.SOLVED, reached.y, jnp.nan)
+    root = find_root(Problem(robot, imposed, target), guess, steps=steps)
+    stayed = jnp.max(jnp.abs(root.y - guess) / unknown_scales(robot)) < 1e-3
+    status = jnp.where(
+        reached.status != Status.SOLVED,
+        reached.status,
+        jnp.where((root.status == Status.SOLVED) & ~stayed, Status.LOST, root.status),
+    )
+    solved = status == Status.SOLVED
+    y = jnp.where(solved, root.y, jnp.nan)
+    measures = measure(robot, jax.lax.stop_gradient(jnp.where(solved, root.y, 0.0)), steps)
+    measures = jax.tree.map(lambda leaf: jnp.where(solved, leaf, jnp.nan), measures)
+    state = unravel(robot, y)
+    return Equilibrium(
+        q_a=state.q_a,
+        q_p=state.q_p,
+        mu=state.mu,
+        status=status,
+        residual=jnp.where(solved, root.residual, jnp.nan),
+        measures=measures,
+        branch=branch,
+    )
+
+
+def _checked(name: str, value: Any, size: int, robot: Robot) -> Array:
+    if not jax.config.jax_enable_x64:
+        raise InputError(
+            "Argument `robot` must hold float64 numbers, but JAX runs in float32: add "
+            '`jax.config.update("jax_enable_x64", True)` before building the robot.'
+        )
+    for leaf in jax.tree.leaves(robot):
+        if jnp.result_type(leaf) == jnp.float32:
+            raise InputError(
+                "Argument `robot` must hold float64 numbers, but some are float32: enable "
+                '`jax.config.update("jax_enable_x64", True)` before building the robot.'
+            )
+    try:
+        array = jnp.asarray(value)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"Argument `{name}` must be {size} numbers, but it is {value!r}.") from error
+    if array.dtype == jnp.float32:
+        raise InputError(f"Argument `{name}` must be float64, but it is float32.")
+    if array.shape != (size,) or not (
+        jnp.issubdtype(array.dtype, jnp.floating) or jnp.issubdtype(array.dtype, jnp.integer)
+    ):
+        raise InputError(
+            f"Argument `{name}` must be {size} numbers, but it has shape {array.shape} and type "
+            f"{array.dtype}."
+        )
+    if not isinstance(array, jax.core.Tracer) and not np.all(np.isfinite(array)):
+        raise InputError(f"Argument `{name}` must be finite, but it is {np.asarray(array)}.")
+    return array.astype(float)

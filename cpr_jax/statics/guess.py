@@ -1,0 +1,173 @@
+"""Cold starts: from a robot's home configuration, or from a systematic search."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+from scipy.stats import qmc
+
+from ..robots.robot import Robot
+from ..rods.integration import DEFAULT_STEPS
+from .continuation import Track, follow
+from .measures import potential_energy
+from .problem import Problem, forward_rows, full_residual
+from .residual import residual
+from .status import Status
+from .unknowns import State, ravel, unknown_scales, unravel
+
+SEARCH_STARTS = 64
+"""Starts of a systematic search, a power of two."""
+
+
+def _at_rest(robot: Robot, q: Float[Array, " n_q"]) -> Float[Array, " n_y"]:
+    """Unknowns with straight or precurved rods at rest: no wrench anywhere."""
+    q_a, q_p = q[: robot.n_a], q[robot.n_a :]
+    return ravel(State(q_a, q_p, jnp.zeros((robot.n, robot.geometry.freedoms))))
+
+
+@eqx.filter_jit
+def follow_path(
+    robot: Robot,
+    imposed: Float[Array, "n_a n_q"],
+    start: Float[Array, " n_y"],
+    gap: Float[Array, " n_r"],
+    path: Float[Array, "points n_h"],
+    steps: int = DEFAULT_STEPS,
+) -> Track:
+    """Follows an equilibrium while imposed coordinates move along a polygon.
+
+    **Arguments:**
+
+    - `imposed`: see `Problem`.
+    - `start`: unknowns in SI units at `path[0]`.
+    - `gap`, `path`: a corner `(w, q_a, q_p)` stands for the imposed coordinates `(q_a, q_p)`
+        with `w gap` subtracted from the residual.
+    """
+    units = unknown_scales(robot)
+
+    def equations(y, h):
+        return full_residual(y, Problem(robot, imposed, h[1:], h[0] * gap), steps)
+
+    track = follow(equations, start / units, path)
+    return track._replace(y=track.y * units)
+
+
+def assemble(
+    robot: Robot, rough: Float[Array, " n_q"], steps: int = DEFAULT_STEPS
+) -> Track:
+    """Assembles a robot whose motors are held at a rough configuration `(q_a, q_p)`.
+
+    With its joints cut, the rods at rest are an exact solution of the rod equations. The gaps at
+    the joints, and what the platform lacks to equilibrium, then close along a line while the
+    platform is free to give: the way one would put the robot together by hand.
+    """
+    start = _at_rest(robot, rough)
+    gap = residual(robot, unravel(robot, start), steps)
+    path = jnp.stack([jnp.concatenate([jnp.full(1, w), rough]) for w in (1.0, 0.0)])
+    return follow_path(robot, forward_rows(robot), start, gap, path, steps)
+
+
+def move(
+    robot: Robot,
+    imposed: Float[Array, "n_a n_q"],
+    start: Float[Array, " n_y"],
+    corners: Float[Array, "points n_q"],
+    steps: int = DEFAULT_STEPS,
+) -> Track:
+    """Moves the imposed coordinates of an equilibrium along a polygon to its last corner."""
+    n_q = robot.n_a + robot.n_p
+    corners = jnp.concatenate([start[None, :n_q], corners])
+    path = jnp.concatenate([jnp.zeros((corners.shape[0], 1)), corners], axis=1)
+    gap = jnp.zeros(robot.n_y - robot.n_a)
+    return follow_path(robot, imposed, start, gap, path, steps)
+
+
+def search_starts(robot: Robot, count: int = SEARCH_STARTS) -> Float[Array, "starts n_q"]:
+    """Rough configurations that cover what a robot may look like (a Sobol sequence).
+
+    Motors that turn take every angle, motors that slide half a rod length either way; the
+    platform is in the middle of the motors, at most a rod length away, its orientation within
+    half a turn.
+    """
+    units = np.asarray(unknown_scales(robot))[: robot.n_a + robot.n_p]
+    unit_cube = qmc.Sobol(units.size, scramble=False).random(count)
+    spread = 2.0 * unit_cube - 1.0
+    spread[:, : robot.n_a] *= np.where(units[: robot.n_a] == 1.0, np.pi, 0.5)
+    spread[:, robot.n_a + robot.geometry.d :] *= np.pi / 2.0
+    middle = np.zeros(units.size)
+    d = robot.geometry.d
+    middle[robot.n_a : robot.n_a + d] = np.mean(np.asarray(robot.legs.base_position), axis=0)
+    return jnp.asarray(middle + units * spread)
+
+
+def detours(
+    robot: Robot,
+    imposed: Float[Array, "n_a n_q"],
+    start: Float[Array, " n_y"],
+    goal: Float[Array, " n_q"],
+    lost: Track,
+    steps: int = DEFAULT_STEPS,
+) -> Track:
+    """Other ways to a goal that a straight line does not reach; `lost` if none does.
+
+    The line is bent in its middle to either side, by a half and by a whole of its length, in
+    each direction of the platform's position (of the motors, for the forward problem).
+    """
+    n_q = robot.n_a + robot.n_p
+    first = start[:n_q]
+    platform = bool(jnp.any(imposed[:, robot.n_a :]))
+    low, high = (robot.n_a, robot.n_a + robot.geometry.d) if platform else (0, robot.n_a)
+    line = (goal - first)[low:high]
+    span = jnp.linalg.norm(line)
+    _, _, basis = jnp.linalg.svd(line[None] / jnp.where(span > 0.0, span, 1.0))
+    for size in (0.5, -0.5, 1.0, -1.0):
+        for sideways in basis[1:]:
+            middle = 0.5 * (first + goal)
+            middle = middle.at[low:high].add(size * span * sideways)
+            track = move(robot, imposed, start, jnp.stack([middle, goal]), steps)
+            if int(track.status) == Status.SOLVED:
+                return track
+    return lost
+
+
+def search(
+    robot: Robot,
+    imposed: Float[Array, "n_a n_q"],
+    goal: Float[Array, " n_q"],
+    steps: int = DEFAULT_STEPS,
+) -> Track:
+    """Assembles a robot in many configurations, follows each, keeps the least energy."""
+    starts = search_starts(robot)
+    tracks = _assemble_and_move(robot, imposed, starts, goal, steps)
+    energies = jnp.where(tracks.status == Status.SOLVED, tracks.energy, jnp.inf)
+    best = int(jnp.argmin(energies))
+    track = jax.tree.map(lambda leaf: leaf[best], tracks.track)
+    if not bool(jnp.isfinite(energies[best])):
+        return track._replace(status=jnp.asarray(int(Status.NOT_FOUND)))
+    return track
+
+
+class _Found(NamedTuple):
+    track: Track
+    energy: Float[Array, ""]
+
+    @property
+    def status(self):
+        return self.track.status
+
+
+@eqx.filter_jit
+def _assemble_and_move(robot, imposed, starts, goal, steps):
+    n_q = robot.n_a + robot.n_p
+
+    def one(rough):
+        assembled = assemble(robot, rough, steps)
+        y = jnp.where(assembled.status == Status.SOLVED, assembled.y, jnp.nan)
+        corners = jnp.stack([0.5 * (y[:n_q] + goal), goal])
+        track = move(robot, imposed, y, corners, steps)
+        return _Found(track, potential_energy(robot, track.y, steps))
+
+    return jax.vmap(one)(starts)

@@ -1,0 +1,120 @@
+"""Numbers that go with every equilibrium: conditioning, torques, energy."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..robots.robot import Robot
+from ..rods.integration import rod_energy
+from .residual import leg_base, residual, to_world
+from .unknowns import unknown_scales, unravel
+from ..rods.equations import RodState, strain_energy_density, strains
+
+
+class Measures(eqx.Module):
+    """What an equilibrium says beside its unknowns. Not differentiated.
+
+    **Attributes:**
+
+    - `sigma_t1`, `sigma_t2`: smallest singular value of `A_q = ∂R₀/∂(q_a, μ)` (platform held;
+        zero at a Type 1 singularity) and of `A_p = ∂R₀/∂(q_p, μ)` (motors held; zero at a Type 2
+        singularity), dimensionless. `sigma_t1` is NaN unless A_q is square.
+    - `sign_t1`, `sign_t2`: signs of their determinants.
+    - `condition`: condition number of `A_p`.
+    - `motor_torques`: what the motors exert on the legs, N·m (N where they slide), `(n_a,)`.
+    - `energy`: total potential energy, of the rods and of dead loads, J.
+    """
+
+    sigma_t1: Float[Array, ""]
+    sigma_t2: Float[Array, ""]
+    sign_t1: Float[Array, ""]
+    sign_t2: Float[Array, ""]
+    condition: Float[Array, ""]
+    motor_torques: Float[Array, " n_a"]
+    energy: Float[Array, ""]
+
+
+def jacobians(
+    robot: Robot, y: Float[Array, " n_y"], steps: int
+) -> tuple[Float[Array, "n_r n_r"], Float[Array, "n_r n_o"]]:
+    """Dimensionless `A_p` (motors held) and `A_q` (platform held) at the unknowns `y`."""
+    units = unknown_scales(robot)
+    matrix = jax.jacfwd(lambda s: residual(robot, unravel(robot, s * units), steps))(y / units)
+    n_a, n_q = robot.n_a, robot.n_a + robot.n_p
+    return matrix[:, n_a:], jnp.concatenate([matrix[:, :n_a], matrix[:, n_q:]], axis=1)
+
+
+def measure(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Measures:
+    """The measures at the unknowns `y` of an equilibrium, SI units."""
+    robot = jax.lax.stop_gradient(robot)
+    A_p, A_q = jacobians(robot, y, steps)
+    singular_p = jnp.linalg.svd(A_p, compute_uv=False)
+    nan = jnp.full((), jnp.nan)
+    square = A_q.shape[0] == A_q.shape[1]
+    return Measures(
+        sigma_t1=jnp.linalg.svd(A_q, compute_uv=False)[-1] if square else nan,
+        sigma_t2=singular_p[-1],
+        sign_t1=jnp.linalg.slogdet(A_q)[0] if square else nan,
+        sign_t2=jnp.linalg.slogdet(A_p)[0],
+        condition=singular_p[0] / singular_p[-1],
+        motor_torques=motor_torques(robot, y),
+        energy=potential_energy(robot, y, steps),
+    )
+
+
+def motor_torques(robot: Robot, y: Float[Array, " n_y"]) -> Float[Array, " n_a"]:
+    """Work of the motors per unit of their motion: `τ = ∂(energy)/∂q_a`.
+
+    A motor that feeds rod does the work `W - n·(e_1 + v) - m·u` per length, with the elastic
+    energy `W` per length and the strains at the base.
+    """
+    geometry = robot.geometry
+    d = geometry.d
+    state = unravel(robot, y)
+
+    def one(leg, q, mu):
+        base = leg_base(geometry, leg, q, mu)
+        mounted = geometry.exp(leg.base_rotation)
+        arm = base.position - base.motor
+        moment = mu[d:] + jnp.stack(geometry.cross(arm, mu[:d]))
+        wrench = jnp.stack([*geometry.unrotate(mounted, mu[:d]), *geometry.to_local(mounted, moment)])
+        torque = -leg.screw @ wrench
+        if leg.feed is not None:
+            local = RodState((0.0,) * d, geometry.identity, base.force, base.moment)
+            strain, curvature = strains(geometry, local, base.rod)
+            work = strain_energy_density(geometry, local, base.rod) - base.force[0]
+            work -= sum(m * u for m, u in zip(base.moment, curvature, strict=True))
+            if strain is not None:
+                work -= sum(n * v for n, v in zip(base.force, strain, strict=True))
+            torque += leg.feed * work
+        return torque
+
+    q = robot.transmission @ state.q_a
+    return robot.transmission.T @ jax.vmap(one)(robot.legs, q, state.mu)
+
+
+def potential_energy(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Float[Array, ""]:
+    """Elastic energy of the rods and potential of the dead forces, J.
+
+    Distributed moments, and moments on a spatial body, have no potential and are left out.
+    """
+    geometry = robot.geometry
+    state = unravel(robot, y)
+
+    def one(leg, q, mu):
+        base = leg_base(geometry, leg, q, mu)
+        energy, positions = rod_energy(geometry, base.rod, base.force, base.moment, steps)
+        if leg.rod.force is not None:
+            world = base.position * base.rod.length + jnp.stack(
+                geometry.rotate(base.rotation, positions)
+            )
+            energy -= leg.rod.force @ world
+        return energy
+
+    q = robot.transmission @ state.q_a
+    energy = jnp.sum(jax.vmap(one)(robot.legs, q, state.mu))
+    energy -= robot.f_P @ state.q_p[: geometry.d]
+    if robot.oriented and geometry.r == 1:
+        energy -= robot.m_P @ state.q_p[geometry.d :]
+    return energy

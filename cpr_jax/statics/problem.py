@@ -1,0 +1,119 @@
+"""A system of equations: R₀(y, ρ) with the imposed coordinates, dimensionless."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import optimistix as optx
+from jaxtyping import Array, Float, Int
+
+from ..rods.integration import DEFAULT_STEPS
+from ..robots.robot import Robot
+from .newton import LaneAdjoint, LaneNewton
+from .residual import residual
+from .status import Status
+from .unknowns import unknown_scales, unravel
+
+TOLERANCE = 1e-10
+"""A solution's largest residual, in units of `scales(robot)`."""
+
+
+class Problem(eqx.Module):
+    """Which coordinates of a robot are imposed, and to what.
+
+    One form serves the forward problem (`q_a` imposed), the inverse problem (`q_p` imposed) and
+    mixtures; since the choice is an array, all share their compiled code.
+
+    **Attributes:**
+
+    - `robot`: the robot.
+    - `imposed`: one row per motor that picks a coordinate of `(q_a, q_p)`, `(n_a, n_a + n_p)`.
+    - `target`: desired `(q_a, q_p)`; entries that are not imposed do not matter.
+    - `offset`: subtracted from `R₀`; zero but on the way to assembling a robot.
+    """
+
+    robot: Robot
+    imposed: Float[Array, "n_a n_q"]
+    target: Float[Array, " n_q"]
+    offset: Float[Array, " n_r"] | None = None
+
+
+def forward_rows(robot: Robot) -> Float[Array, "n_a n_q"]:
+    """Rows that impose the motor positions."""
+    return jnp.eye(robot.n_a, robot.n_a + robot.n_p)
+
+
+def inverse_rows(robot: Robot) -> Float[Array, "n_a n_q"]:
+    """Rows that impose the platform coordinates."""
+    if robot.n_a != robot.n_p:
+        raise ValueError(
+            f"Argument `robot` must have as many motors as platform coordinates to impose them "
+            f"all, but it has {robot.n_a} motors and {robot.n_p} platform coordinates."
+        )
+    return jnp.eye(robot.n_a, robot.n_a + robot.n_p, k=robot.n_a)
+
+
+def full_residual(
+    scaled: Float[Array, " n_y"], problem: Problem, steps: int = DEFAULT_STEPS
+) -> Float[Array, " n_y"]:
+    """`R(y, ρ)` (5), (15) at the dimensionless unknowns `y / unknown_scales`."""
+    robot = problem.robot
+    units = unknown_scales(robot)
+    y = scaled * units
+    rows = residual(robot, unravel(robot, y), steps)
+    if problem.offset is not None:
+        rows = rows - problem.offset
+    n_q = robot.n_a + robot.n_p
+    imposed = problem.imposed @ ((y[:n_q] - problem.target) / units[:n_q])
+    return jnp.concatenate([rows, imposed])
+
+
+class Root(NamedTuple):
+    """Outcome of one root find.
+
+    **Attributes:**
+
+    - `y`: the unknowns in SI units, meaningful where `status` is solved.
+    - `status`: a `Status` code.
+    - `residual`: largest entry of the dimensionless residual at `y`.
+    - `sign`: sign of `det ∂R/∂y`; it changes where the branch folds.
+    - `iterations`: of Newton's method.
+    """
+
+    y: Float[Array, " n_y"]
+    status: Int[Array, ""]
+    residual: Float[Array, ""]
+    sign: Float[Array, ""]
+    iterations: Int[Array, ""]
+
+
+def find_root(
+    problem: Problem,
+    guess: Float[Array, " n_y"],
+    *,
+    steps: int = DEFAULT_STEPS,
+    max_iterations: int = 20,
+    max_step: float = 1.0,
+) -> Root:
+    """Newton's method from a guess (SI units). Differentiable in every leaf of `problem`."""
+    units = unknown_scales(problem.robot)
+    solution = optx.root_find(
+        lambda scaled, problem: full_residual(scaled, problem, steps),
+        LaneNewton(max_step=max_step),
+        jax.lax.stop_gradient(guess) / units,
+        args=problem,
+        max_steps=max_iterations,
+        adjoint=LaneAdjoint(),
+        throw=False,
+    )
+    scaled = solution.value
+    left = jax.lax.stop_gradient(jnp.max(jnp.abs(full_residual(scaled, problem, steps))))
+    converged = (solution.result == optx.RESULTS.successful) & (left < TOLERANCE)
+    finite = jnp.isfinite(solution.stats["norm"])
+    status = jnp.where(
+        converged,
+        Status.SOLVED,
+        jnp.where(finite, Status.NOT_CONVERGED, Status.NOT_FINITE),
+    )
+    return Root(scaled * units, status, left, solution.stats["sign"], solution.stats["num_steps"])

@@ -1,0 +1,129 @@
+"""The residual R(y, ρ): platform equilibrium (3), joints (4), imposed coordinates (15)."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..geometry import AbstractGeometry
+from ..robots.leg import Leg
+from ..robots.robot import Robot
+from ..rods.equations import RodState
+from ..rods.integration import DEFAULT_STEPS, rod_tip
+from ..rods.rod import Rod
+from .unknowns import State, scales
+
+
+class LegBase(NamedTuple):
+    """A leg's rod in the axes of its base, and where that base is.
+
+    **Attributes:**
+
+    - `position`, `rotation`: of the rod's first cross-section in world axes.
+    - `motor`: position of the motor's axis in world axes.
+    - `rod`: with its fed length and its load turned into the axes of the base.
+    - `force`, `moment`: `n(0)` and `m(0)` in the axes of the base.
+    """
+
+    position: Float[Array, " d"]
+    rotation: tuple[Float[Array, ""], ...]
+    motor: Float[Array, " d"]
+    rod: Rod
+    force: Float[Array, " d"]
+    moment: Float[Array, " r"]
+
+
+def leg_base(
+    geometry: AbstractGeometry,
+    leg: Leg,
+    q: Float[Array, ""],
+    mu: Float[Array, " freedoms"],
+) -> LegBase:
+    """Actuator and rigid segment a: `p_i(0) = motor + R(q) a`."""
+    d = geometry.d
+    mounted = geometry.exp(leg.base_rotation)
+    rotation = geometry.compose(mounted, geometry.exp(leg.screw[d:] * q))
+    slide = jnp.stack(geometry.rotate(mounted, leg.screw[:d] * q))
+    motor = leg.base_position + slide
+    position = motor + jnp.stack(geometry.rotate(rotation, leg.a))
+    rod = leg.rod
+    length = rod.length if leg.feed is None else rod.length + leg.feed * q
+    local_rod = Rod(
+        length=length,
+        curvature_compliance=rod.curvature_compliance,
+        precurvature=rod.precurvature,
+        strain_compliance=rod.strain_compliance,
+        force=None if rod.force is None else jnp.stack(geometry.unrotate(rotation, rod.force)),
+        moment=None if rod.moment is None else jnp.stack(geometry.to_local(rotation, rod.moment)),
+    )
+    return LegBase(
+        position=position,
+        rotation=rotation,
+        motor=motor,
+        rod=local_rod,
+        force=jnp.stack(geometry.unrotate(rotation, mu[:d])),
+        moment=jnp.stack(geometry.to_local(rotation, mu[d:])),
+    )
+
+
+def to_world(geometry: AbstractGeometry, base: LegBase, state: RodState) -> RodState:
+    """A rod's state, given in the axes of its base, in world axes."""
+    return RodState(
+        position=base.position + jnp.stack(geometry.rotate(base.rotation, state.position)),
+        rotation=jnp.stack(geometry.compose(base.rotation, state.rotation)),
+        force=jnp.stack(geometry.rotate(base.rotation, state.force)),
+        moment=jnp.stack(geometry.to_outer(base.rotation, state.moment)),
+    )
+
+
+def _leg_rows(robot: Robot, steps: int, leg: Leg, q, q_p, mu):
+    """A leg's joint rows in SI units, and the wrench that it takes from the platform at p_P."""
+    geometry = robot.geometry
+    d = geometry.d
+    base = leg_base(geometry, leg, q, mu)
+    tip = to_world(geometry, base, rod_tip(geometry, base.rod, base.force, base.moment, steps))
+    b = jnp.stack(geometry.rotate(tip.rotation, leg.b))
+    end = tip.position + b
+    moment = tip.moment - jnp.stack(geometry.cross(b, tip.force))
+
+    orientation = geometry.exp(q_p[d:]) if robot.oriented else geometry.identity
+    arm = jnp.stack(geometry.rotate(orientation, leg.attachment_position))
+    frame = geometry.compose(orientation, geometry.exp(leg.attachment_rotation))
+    gap = geometry.unrotate(frame, q_p[:d] + arm - end)
+    turn = geometry.log(geometry.compose(geometry.inverse(tip.rotation), frame))
+    error = jnp.stack([*gap, *turn])
+
+    lever = jnp.stack(geometry.cross((1.0 - leg.joint.lever) * b, tip.force))
+    transmitted = jnp.stack(
+        [
+            *geometry.unrotate(frame, tip.force),
+            *geometry.to_local(frame, moment + lever),
+        ]
+    )
+    units = scales(robot)
+    rows = jnp.where(
+        leg.joint.free > 0.5,
+        transmitted / units.wrench(robot),
+        error / units.pose(robot),
+    )
+    wrench = jnp.concatenate([tip.force, moment + jnp.stack(geometry.cross(arm, tip.force))])
+    return rows, wrench
+
+
+def residual(
+    robot: Robot, state: State, steps: int = DEFAULT_STEPS
+) -> Float[Array, " n_y_minus_n_a"]:
+    """`R₀(y, ρ)`: every row of R but the imposed ones, in units of `scales(robot)`.
+
+    Rows: equilibrium of the platform `f_P - Σ n_i(l_i)` (and, for a body, of its moments about
+    `p_P`); then for each leg its joint, see `Joint`: `p_P - p_i(l_i) - R_i(l_i) b_i` and the
+    moment at the pivot, `m(l_i) - R_i(l_i) b_i × n(l_i)`, for the legs of (15).
+    """
+    q = robot.transmission @ state.q_a
+    rows, wrenches = jax.vmap(
+        lambda leg, q, mu: _leg_rows(robot, steps, leg, q, state.q_p, mu)
+    )(robot.legs, q, state.mu)
+    load = jnp.concatenate([robot.f_P, robot.m_P])
+    balance = (load - jnp.sum(wrenches, axis=0)) / scales(robot).wrench(robot)
+    return jnp.concatenate([balance[: robot.n_p], rows.reshape(-1)])

@@ -1,0 +1,1 @@
+"""The command line and the notebooks enable float64; so do the tests."""

@@ -1,0 +1,14 @@
+"""Settings that all tests share."""
+
+import os
+import pathlib
+import tempfile
+
+import jax
+
+jax.config.update("jax_enable_x64", True)
+
+# Workers and runs share what they compile: one suite compiles each program once.
+_CACHE = pathlib.Path(tempfile.gettempdir()) / f"cpr_jax-tests-{os.getuid()}"
+jax.config.update("jax_compilation_cache_dir", str(_CACHE))
+jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.5)
