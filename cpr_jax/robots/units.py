@@ -63,7 +63,7 @@ LENGTH = Dimension("length", ("m",), "0.25 or '250mm'")
 ANGLE = Dimension("angle", ("rad",), "0.785 or '45deg'")
 FORCE = Dimension("force", ("N",), "0.5 or '500mN'")
 MOMENT = Dimension("moment", ("N*m",), "0.01 or '10 N*mm'")
-BENDING_STIFFNESS = Dimension("stiffness", ("N*m^2",), "0.0183 or '1.83e4 N*mm^2'")
+BENDING_STIFFNESS = Dimension("stiffness", ("N*m^2",), "0.0183 or '1.83e-2 N*m^2'")
 CURVATURE_COMPLIANCE = Dimension("compliance", ("1/(N*m^2)",), "54.6 or '54.6 1/(N*m^2)'")
 STRAIN_COMPLIANCE = Dimension("compliance", ("1/N",), "1.8e-5 or '1.8e-5 1/N'")
 CURVATURE = Dimension("curvature", ("rad/m", "1/m"), "-1 or '-1 rad/m'")
@@ -74,10 +74,11 @@ DENSITY = Dimension("density", ("kg/m^3",), "1200 or '1.2 g/cm^3'")
 ACCELERATION = Dimension("acceleration", ("m/s^2",), "-9.81 or '-9.81 m/s^2'")
 RATIO = Dimension("pure number", ("1",), "0.35")
 
+# Far beyond any robot, and such that no power of it that a formula takes leaves the floats.
+_LARGEST = 1e30
 
-def parse_quantity(
-    value: object, dimension: Dimension, field: str, sign: Sign = Sign.ANY
-) -> float:
+
+def parse_quantity(value: object, dimension: Dimension, field: str, sign: Sign = Sign.ANY) -> float:
     """The SI value of a quantity that a user gave.
 
     **Arguments:**
@@ -97,7 +98,7 @@ def parse_quantity(
     def refuse(reason: str = "") -> NoReturn:
         raise InputError(
             f"Argument `{field}` must be {dimension.expected(sign)}, "
-            f"but it is {shown(value)}{reason}."
+            f"but it is {shown(value)}{reason and ', '}{reason}."
         )
 
     number = math.nan
@@ -107,16 +108,20 @@ def parse_quantity(
         elif isinstance(value, int | float) and not isinstance(value, bool):
             number = float(value)
     except _UnitError as error:
-        refuse(f", {error}")
+        refuse(str(error))
     except OverflowError:
-        refuse(", too large a number")
+        refuse("too large a number")
     if not math.isfinite(number) or not sign.allows(number):
         refuse()
+    if abs(number) > _LARGEST:
+        refuse("too large a number")
+    if sign in (Sign.POSITIVE, Sign.NOT_ZERO) and abs(number) < 1.0 / _LARGEST:
+        refuse("too small a number")
     return number
 
 
 class _UnitError(Exception):
-    """Why a text is no quantity, in words that follow 'but it is ...,'."""
+    """Why a text is no quantity, in words that follow 'but it is ...,', if it needs any."""
 
 
 class _Unit(NamedTuple):
@@ -168,7 +173,7 @@ def _parse_text(text: str, dimension: Dimension) -> float:
     if unit_text:
         unit = _parse_unit(unit_text)
         if not dimension.admits(unit.exponents):
-            raise _UnitError(f"whose unit is not that of {dimension.unit}")
+            raise _UnitError()
         scale = unit.scale
     return float(Fraction(number[0]) * scale)
 

@@ -13,7 +13,7 @@ from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from .guess import assemble, detours, move, search
 from .measures import Measures, measure
-from .problem import Problem, find_root, forward_rows, inverse_rows
+from .problem import TOLERANCE, Problem, find_root, forward_rows, inverse_rows
 from .status import SolveError, Status
 from .unknowns import State, ravel, unknown_scales, unravel
 
@@ -146,16 +146,15 @@ def straight(robot, start, goal):
 def polish(robot, imposed, target, reached, branch, steps):
     """The equilibrium at the end of a track, with its derivatives and its measures."""
     guess = jnp.where(reached.status == Status.SOLVED, reached.y, jnp.nan)
-    root = find_root(Problem(robot, imposed, target), guess, steps=steps)
-    stayed = jnp.max(jnp.abs(root.y - guess) / unknown_scales(robot)) < 1e-3
-    status = jnp.where(
-        reached.status != Status.SOLVED,
-        reached.status,
-        jnp.where((root.status == Status.SOLVED) & ~stayed, Status.LOST, root.status),
-    )
+    root = find_root(Problem(robot, imposed, target), guess, steps=steps, verify=False)
+    found = jax.lax.stop_gradient(jnp.where(root.status == Status.SOLVED, root.y, 0.0))
+    measures, left = measure(robot, found, steps)
+    stayed = jnp.max(jnp.abs(found - guess) / unknown_scales(robot)) < 1e-3
+    status = jnp.where(left < TOLERANCE, root.status, Status.NOT_CONVERGED)
+    status = jnp.where((status == Status.SOLVED) & ~stayed, Status.LOST, status)
+    status = jnp.where(reached.status == Status.SOLVED, status, reached.status)
     solved = status == Status.SOLVED
     y = jnp.where(solved, root.y, jnp.nan)
-    measures = measure(robot, jax.lax.stop_gradient(jnp.where(solved, root.y, 0.0)), steps)
     measures = jax.tree.map(lambda leaf: jnp.where(solved, leaf, jnp.nan), measures)
     state = unravel(robot, y)
     return Equilibrium(
@@ -163,7 +162,7 @@ def polish(robot, imposed, target, reached, branch, steps):
         q_p=state.q_p,
         mu=state.mu,
         status=status,
-        residual=jnp.where(solved, root.residual, jnp.nan),
+        residual=jnp.where(solved, left, jnp.nan),
         measures=measures,
         branch=branch,
     )

@@ -22,12 +22,6 @@ SEARCH_STARTS = 64
 """Starts of a systematic search, a power of two."""
 
 
-def _at_rest(robot: Robot, q: Float[Array, " n_q"]) -> Float[Array, " n_y"]:
-    """Unknowns with straight or precurved rods at rest: no wrench anywhere."""
-    q_a, q_p = q[: robot.n_a], q[robot.n_a :]
-    return ravel(State(q_a, q_p, jnp.zeros((robot.n, robot.geometry.freedoms))))
-
-
 @eqx.filter_jit
 def follow_path(
     robot: Robot,
@@ -55,6 +49,14 @@ def follow_path(
     return track._replace(y=track.y * units)
 
 
+@eqx.filter_jit
+def _open_robot(robot: Robot, rough: Float[Array, " n_q"], steps: int):
+    """Unknowns with all rods at rest, no wrench anywhere, and the gaps that this leaves."""
+    q_a, q_p = rough[: robot.n_a], rough[robot.n_a :]
+    start = ravel(State(q_a, q_p, jnp.zeros((robot.n, robot.geometry.freedoms))))
+    return start, residual(robot, unravel(robot, start), steps)
+
+
 def assemble(
     robot: Robot, rough: Float[Array, " n_q"], steps: int = DEFAULT_STEPS
 ) -> Track:
@@ -64,8 +66,7 @@ def assemble(
     the joints, and what the platform lacks to equilibrium, then close along a line while the
     platform is free to give: the way one would put the robot together by hand.
     """
-    start = _at_rest(robot, rough)
-    gap = residual(robot, unravel(robot, start), steps)
+    start, gap = _open_robot(robot, rough, steps)
     path = jnp.stack([jnp.concatenate([jnp.full(1, w), rough]) for w in (1.0, 0.0)])
     return follow_path(robot, forward_rows(robot), start, gap, path, steps)
 

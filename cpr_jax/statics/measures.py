@@ -6,10 +6,10 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..robots.robot import Robot
+from ..rods.equations import RodState, strain_energy_density, strains
 from ..rods.integration import rod_energy
 from .residual import leg_base, residual, to_world
 from .unknowns import unknown_scales, unravel
-from ..rods.equations import RodState, strain_energy_density, strains
 
 
 class Measures(eqx.Module):
@@ -35,24 +35,25 @@ class Measures(eqx.Module):
     energy: Float[Array, ""]
 
 
-def jacobians(
+def measure(
     robot: Robot, y: Float[Array, " n_y"], steps: int
-) -> tuple[Float[Array, "n_r n_r"], Float[Array, "n_r n_o"]]:
-    """Dimensionless `A_p` (motors held) and `A_q` (platform held) at the unknowns `y`."""
-    units = unknown_scales(robot)
-    matrix = jax.jacfwd(lambda s: residual(robot, unravel(robot, s * units), steps))(y / units)
-    n_a, n_q = robot.n_a, robot.n_a + robot.n_p
-    return matrix[:, n_a:], jnp.concatenate([matrix[:, :n_a], matrix[:, n_q:]], axis=1)
-
-
-def measure(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Measures:
-    """The measures at the unknowns `y` of an equilibrium, SI units."""
+) -> tuple[Measures, Float[Array, ""]]:
+    """The measures at the unknowns `y` of an equilibrium, and the largest entry of `R₀` there."""
     robot = jax.lax.stop_gradient(robot)
-    A_p, A_q = jacobians(robot, y, steps)
+    units = unknown_scales(robot)
+
+    def rows(scaled):
+        R_0 = residual(robot, unravel(robot, scaled * units), steps)
+        return R_0, R_0
+
+    matrix, R_0 = jax.jacfwd(rows, has_aux=True)(y / units)
+    n_a, n_q = robot.n_a, robot.n_a + robot.n_p
+    A_p = matrix[:, n_a:]
+    A_q = jnp.concatenate([matrix[:, :n_a], matrix[:, n_q:]], axis=1)
     singular_p = jnp.linalg.svd(A_p, compute_uv=False)
     nan = jnp.full((), jnp.nan)
     square = A_q.shape[0] == A_q.shape[1]
-    return Measures(
+    measures = Measures(
         sigma_t1=jnp.linalg.svd(A_q, compute_uv=False)[-1] if square else nan,
         sigma_t2=singular_p[-1],
         sign_t1=jnp.linalg.slogdet(A_q)[0] if square else nan,
@@ -61,6 +62,7 @@ def measure(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Measures:
         motor_torques=motor_torques(robot, y),
         energy=potential_energy(robot, y, steps),
     )
+    return measures, jnp.max(jnp.abs(R_0))
 
 
 def motor_torques(robot: Robot, y: Float[Array, " n_y"]) -> Float[Array, " n_a"]:

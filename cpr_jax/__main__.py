@@ -1,0 +1,5 @@
+"""`python -m cpr_jax`."""
+
+from .cli import main
+
+raise SystemExit(main())

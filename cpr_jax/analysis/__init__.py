@@ -1,0 +1,1 @@
+"""Floor 5: what one equilibrium says about its neighbourhood."""

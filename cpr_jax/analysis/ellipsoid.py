@@ -1,0 +1,71 @@
+"""Uncertainty ellipsoids (11)–(13), (17)."""
+
+from collections.abc import Sequence
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from .sensitivity import Sensitivity
+
+LINEAR_COVERAGE = 0.9888910034617577
+"""`1 - exp(-9/2)`: share of a planar Gaussian, σ = δ/3, inside its ellipse in linear theory."""
+
+
+class Ellipsoid(eqx.Module):
+    """The set `(x - c)ᵀ K⁻¹ (x - c) ≤ 1`.
+
+    **Attributes:**
+
+    - `center`: shape `(k,)`.
+    - `kernel`: `K`, shape `(k, k)`.
+    - `semi_axes`: lengths, largest first, shape `(k,)`.
+    - `directions`: unit vectors of the semi-axes, a row each, shape `(k, k)`.
+    - `labels`: of the coordinates.
+    """
+
+    center: Float[Array, " k"]
+    kernel: Float[Array, "k k"]
+    semi_axes: Float[Array, " k"]
+    directions: Float[Array, "k k"]
+    labels: tuple[str, ...] = eqx.field(static=True)
+
+    def level(self, points: Float[Array, "*n k"]) -> Float[Array, "*n"]:
+        """`(x - c)ᵀ K⁻¹ (x - c)` of each point; at most 1 inside. Infinite off a flat one."""
+        along = (points - self.center) @ self.directions.T
+        flat = self.semi_axes <= 1e-12 * self.semi_axes[0]
+        ratios = along / jnp.where(flat, 1.0, self.semi_axes)
+        off = jnp.abs(along) > 1e-9 * self.semi_axes[0]
+        ratios = jnp.where(flat, jnp.where(off, jnp.inf, 0.0), ratios)
+        return jnp.sum(ratios**2, axis=-1)
+
+    def contains(self, points: Float[Array, "*n k"]) -> Bool[Array, "*n"]:
+        """Whether each point is inside. NaN is not."""
+        return self.level(points) <= 1.0
+
+    def boundary(self, count: int = 200) -> Float[Array, "count k"]:
+        """Points on the boundary of a planar ellipse, closed."""
+        angle = jnp.linspace(0.0, 2.0 * jnp.pi, count)
+        circle = jnp.stack([jnp.cos(angle), jnp.sin(angle)], axis=1)
+        return self.center + (circle * self.semi_axes) @ self.directions
+
+
+def ellipsoid(sensitivity: Sensitivity, rows: str | Sequence[str] = "p_P") -> Ellipsoid:
+    """The uncertainty ellipsoid of a reduced state (17), by default of the position `p_P`.
+
+    **Arguments:**
+
+    - `rows`: labels of the states, see `Sensitivity.rows`; `"p_P"` stands for all its axes.
+    """
+    indices = sensitivity.indices(rows)
+    scaled = sensitivity.Pi_y[jnp.array(indices)] * sensitivity.delta
+    # The singular values of Π δρ are the semi-axes; those of K would lose half the digits.
+    directions, semi_axes, _ = jnp.linalg.svd(scaled, full_matrices=True)
+    semi_axes = jnp.pad(semi_axes, (0, len(indices) - semi_axes.size))
+    return Ellipsoid(
+        center=sensitivity.y[jnp.array(indices)],
+        kernel=scaled @ scaled.T,
+        semi_axes=semi_axes,
+        directions=directions.T,
+        labels=tuple(sensitivity.rows[i] for i in indices),
+    )

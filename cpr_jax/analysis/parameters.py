@@ -1,0 +1,186 @@
+"""Which numbers of a robot are the parameters ρ, with labels, units and ranges (6)."""
+
+import dataclasses
+import re
+from collections.abc import Mapping, Sequence
+from operator import attrgetter
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..errors import InputError
+from ..robots.robot import Robot
+
+
+@dataclasses.dataclass(frozen=True)
+class Entry:
+    """One number of a robot: where it is, and whether ρ is its reciprocal.
+
+    **Attributes:**
+
+    - `label`: as written by the user.
+    - `path`: attributes from the robot to the array, joined by dots.
+    - `index`: into that array.
+    - `reciprocal`: the robot holds `1 / ρ` (stiffnesses and radii).
+    - `unit`: SI unit of ρ.
+    """
+
+    label: str
+    path: str
+    index: tuple[int, ...]
+    reciprocal: bool
+    unit: str
+
+    def get(self, robot: Robot) -> Float[Array, ""]:
+        """The value of ρ."""
+        number = attrgetter(self.path)(robot)[self.index]
+        return 1.0 / number if self.reciprocal else number
+
+    def set(self, robot: Robot, value: Float[Array, ""]) -> Robot:
+        """The robot with another value of ρ."""
+        number = 1.0 / value if self.reciprocal else value
+        leaf = attrgetter(self.path)(robot)
+        return eqx.tree_at(attrgetter(self.path), robot, leaf.at[self.index].set(number))
+
+
+@dataclasses.dataclass(frozen=True)
+class Selection:
+    """An ordered choice of a robot's numbers. Hashable: serves as a static argument."""
+
+    entries: tuple[Entry, ...]
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of the parameters, the columns of Π."""
+        return tuple(entry.label for entry in self.entries)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """SI units of the parameters."""
+        return tuple(entry.unit for entry in self.entries)
+
+    def get(self, robot: Robot) -> Float[Array, " n_rho"]:
+        """The vector ρ of a robot."""
+        return jnp.stack([entry.get(robot) for entry in self.entries])
+
+    def set(self, robot: Robot, values: Float[Array, " n_rho"]) -> Robot:
+        """The robot with another vector ρ."""
+        for entry, value in zip(self.entries, values, strict=True):
+            robot = entry.set(robot, value)
+        return robot
+
+
+# Name: (path, index behind the leg's, reciprocal, unit). `i` is a leg, `axis` a world axis.
+_LEG = {
+    "k_b": ("legs.rod.curvature_compliance", (-1,), True, "N m^2"),
+    "k_t": ("legs.rod.curvature_compliance", (0,), True, "N m^2"),
+    "k_2": ("legs.rod.curvature_compliance", (1,), True, "N m^2"),
+    "r_c": ("legs.rod.precurvature", (-1,), True, "m"),
+    "kappa": ("legs.rod.precurvature", (-1,), False, "1/m"),
+    "l": ("legs.rod.length", (), False, "m"),
+    "a": ("legs.a", (0,), False, "m"),
+    "b": ("legs.b", (0,), False, "m"),
+}
+_AXIS = {
+    "base": ("legs.base_position", "m"),
+    "f": ("legs.rod.force", "N/m"),
+}
+_PATH = re.compile(r"([a-z][\w.]*)\[([\d, ]*)\]")
+_LEG_LABEL = re.compile(r"(k_b|k_t|k_2|r_c|kappa|l|a|b)(\d+)")
+_AXIS_LABEL = re.compile(r"(base|f)(\d+)_([xyz])")
+_LOAD_LABEL = re.compile(r"(f_P|m_P)_([xyz])")
+
+
+def select(robot: Robot, labels: Sequence[str] | None = None) -> Selection:
+    """The parameters with the given labels; by default those whose uncertainty is known.
+
+    **Arguments:**
+
+    - `labels`: `k_b1` (bending stiffness of leg 1), `r_c1` (radius of precurvature), `kappa1`
+        (precurvature), `l1`, `a1`, `b1` (lengths), `base1_y` (motor position), `f1_y`
+        (distributed load), `f_P_y`, `m_P_x` (load), in space `k_t1`, `k_21`; or any array of
+        the robot with an index, such as `legs.joint.lever[0]`. Legs count from 1, indices
+        from 0.
+    """
+    if labels is None:
+        labels = tuple(robot.uncertainty)
+        if not labels:
+            raise InputError(
+                f"Argument `parameters` must name parameters, since {robot.name} declares no "
+                "uncertainty of its own."
+            )
+    if isinstance(labels, str):
+        labels = (labels,)
+    return Selection(tuple(_entry(robot, label) for label in labels))
+
+
+def ranges(
+    robot: Robot, selection: Selection, delta: Mapping[str, float] | None = None
+) -> Float[Array, " n_rho"]:
+    """Half ranges `δρ` (6): those given, else those of the robot."""
+    known = {**robot.uncertainty, **(delta or {})}
+    unknown = [label for label in (delta or {}) if label not in selection.labels]
+    if unknown:
+        raise InputError(
+            f"Argument `delta` must name selected parameters ({', '.join(selection.labels)}), "
+            f"but it names {unknown[0]!r}."
+        )
+    missing = [label for label in selection.labels if label not in known]
+    if missing:
+        raise InputError(
+            f"Argument `delta` must give a half range for {missing[0]!r}: {robot.name} declares "
+            "none."
+        )
+    return jnp.stack([jnp.asarray(known[label], float) for label in selection.labels])
+
+
+def _entry(robot: Robot, label: str) -> Entry:
+    entry = _named(robot, label) or _by_path(label)
+    if entry is None:
+        raise InputError(
+            "Argument `parameters` must name numbers of the robot, such as 'k_b1', 'r_c1', 'l1', "
+            f"'base1_y', 'f_P_y' or 'legs.rod.length[0]', but it names {label!r}."
+        )
+    try:
+        leaf = attrgetter(entry.path)(robot)
+        inside = leaf is not None and len(entry.index) == leaf.ndim
+        inside = inside and all(-n <= i < n for i, n in zip(entry.index, leaf.shape, strict=True))
+    except AttributeError:
+        inside = False
+    if not inside:
+        raise InputError(
+            f"Argument `parameters` must name numbers that the robot has, but {label!r} is not "
+            f"among those of {robot.name} ({robot.n} legs)."
+        )
+    return entry
+
+
+def _named(robot: Robot, label: str) -> Entry | None:
+    axes = robot.geometry.axes
+    if match := _LEG_LABEL.fullmatch(label):
+        path, rest, reciprocal, unit = _LEG[match[1]]
+        return Entry(label, path, (_leg_index(match[2]), *rest), reciprocal, unit)
+    if (match := _AXIS_LABEL.fullmatch(label)) and match[3] in axes:
+        path, unit = _AXIS[match[1]]
+        return Entry(label, path, (_leg_index(match[2]), axes.index(match[3])), False, unit)
+    if match := _LOAD_LABEL.fullmatch(label):
+        force = match[1] == "f_P"
+        among = axes if force else robot.geometry.rotation_axes
+        if match[2] in among:
+            unit = "N" if force else "N m"
+            return Entry(label, match[1], (among.index(match[2]),), False, unit)
+    return None
+
+
+def _leg_index(number: str) -> int:
+    # Leg 0 does not exist; an index out of range says so.
+    return int(number) - 1 if int(number) > 0 else 10**6
+
+
+def _by_path(label: str) -> Entry | None:
+    match = _PATH.fullmatch(label)
+    if match is None:
+        return None
+    index = tuple(int(part) for part in match[2].split(",") if part.strip())
+    return Entry(label, match[1], index, False, "SI")

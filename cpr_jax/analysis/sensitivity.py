@@ -1,0 +1,265 @@
+"""Sensitivities of an equilibrium: Π_y (9)–(10), its kernel (13), (17), and Π_i(s) (7)–(8)."""
+
+import enum
+from collections.abc import Mapping, Sequence
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..errors import InputError
+from ..robots.robot import Robot
+from ..rods.integration import DEFAULT_STEPS, rod_shape
+from ..statics.equilibrium import Equilibrium
+from ..statics.linear import inverse
+from ..statics.measures import motor_torques
+from ..statics.residual import leg_base, residual, to_world
+from ..statics.unknowns import (
+    scales,
+    unknown_labels,
+    unknown_scales,
+    unknown_units,
+    unravel,
+)
+from .parameters import Selection, ranges, select
+
+
+class Hold(enum.Enum):
+    """What stays where it is while the parameters vary."""
+
+    MOTORS = "motors"
+    PLATFORM = "platform"
+
+
+class Sensitivity(eqx.Module):
+    """How an equilibrium answers to small changes of the parameters.
+
+    **Attributes** (SI units):
+
+    - `Pi_y`: `∂y/∂ρ` (9), rows as `rows`, columns as `columns`, shape `(n_y, n_ρ)`.
+    - `Pi_tau`: `∂τ/∂ρ` of the motor torques, shape `(n_a, n_ρ)`.
+    - `delta`: half ranges δρ (6), shape `(n_ρ,)`.
+    - `y`, `rho`: nominal unknowns and parameters.
+    - `platform_stiffness`: `∂(Σ n_i)/∂p_P` with the motors held, and for a body the moments and
+        rotations too, shape `(n_p, n_p)`, N/m, N, N·m. Symmetric; positive definite where the
+        platform is stable.
+    - `rows`, `columns`: labels of y and ρ; `row_units`, `column_units` their units.
+    - `hold`: what was held.
+    """
+
+    Pi_y: Float[Array, "n_y n_rho"]
+    Pi_tau: Float[Array, "n_a n_rho"]
+    delta: Float[Array, " n_rho"]
+    y: Float[Array, " n_y"]
+    rho: Float[Array, " n_rho"]
+    platform_stiffness: Float[Array, "n_p n_p"]
+    rows: tuple[str, ...] = eqx.field(static=True)
+    row_units: tuple[str, ...] = eqx.field(static=True)
+    columns: tuple[str, ...] = eqx.field(static=True)
+    column_units: tuple[str, ...] = eqx.field(static=True)
+    hold: Hold = eqx.field(static=True)
+
+    @property
+    def kernel(self) -> Float[Array, "n_y n_y"]:
+        """State sensitivity kernel `K = Π_y W Π_yᵀ`, `W = diag(δρ²)` (13)."""
+        scaled = self.Pi_y * self.delta
+        return scaled @ scaled.T
+
+    @property
+    def tube_radius(self) -> Float[Array, " n_y"]:
+        """`√K_jj` of each state: how far the ellipsoid reaches along it."""
+        return jnp.sqrt(jnp.sum((self.Pi_y * self.delta) ** 2, axis=1))
+
+    def indices(self, rows: str | Sequence[str]) -> tuple[int, ...]:
+        """Places of the rows that a label, or the part of it before an axis, names (16)."""
+        names = (rows,) if isinstance(rows, str) else tuple(rows)
+        found = []
+        for name in names:
+            hits = [
+                i
+                for i, row in enumerate(self.rows)
+                if row == name or row.rpartition("_")[0] == name
+            ]
+            if not hits:
+                raise InputError(
+                    f"Argument `rows` must name states ({', '.join(self.rows)}), but it names "
+                    f"{name!r}."
+                )
+            found += hits
+        return tuple(found)
+
+    def Pi(self, rows: str | Sequence[str] = "p_P") -> Float[Array, "n_r n_rho"]:
+        """`Π_{y_r} = S Π_y` (16) of the named rows."""
+        return self.Pi_y[jnp.array(self.indices(rows))]
+
+    @property
+    def Pi_p(self) -> Float[Array, "d n_rho"]:
+        """`∂p_P/∂ρ` of the end-effector's position."""
+        return self.Pi("p_P")
+
+
+def sensitivity(
+    robot: Robot,
+    equilibrium: Equilibrium,
+    parameters: Sequence[str] | None = None,
+    delta: Mapping[str, float] | None = None,
+    hold: Hold | str = Hold.MOTORS,
+    steps: int = DEFAULT_STEPS,
+) -> Sensitivity:
+    """The sensitivity of an equilibrium to parameters of its robot.
+
+    **Arguments:**
+
+    - `parameters`: labels, see `select`; by default those with a declared uncertainty.
+    - `delta`: half ranges δρ by label, where they differ from those of the robot.
+    - `hold`: `"motors"` (the platform moves: the sensitivity of the end-effector) or
+        `"platform"` (the imposed platform of (15) stays, the motors move).
+
+    **Raises:** `ValueError` for labels or ranges that do not fit.
+    """
+    try:
+        hold = Hold(hold)
+    except ValueError:
+        raise InputError(
+            f"Argument `hold` must be 'motors' or 'platform', but it is {hold!r}."
+        ) from None
+    selection = select(robot, parameters)
+    half_ranges = ranges(robot, selection, delta)
+    if hold is Hold.PLATFORM and robot.n_a != robot.n_p:
+        raise InputError(
+            f"Argument `hold` must be 'motors' for {robot.name}: {robot.n_a} motors cannot hold "
+            f"{robot.n_p} platform coordinates."
+        )
+    y = equilibrium.y
+    both, stiffness = _linearise(robot, y, selection, steps)
+    Pi_y, Pi_tau = both[hold.value]
+    return Sensitivity(
+        Pi_y=Pi_y,
+        Pi_tau=Pi_tau,
+        delta=half_ranges,
+        y=y,
+        rho=selection.get(robot),
+        platform_stiffness=stiffness,
+        rows=unknown_labels(robot),
+        row_units=unknown_units(robot),
+        columns=selection.labels,
+        column_units=selection.units,
+        hold=hold,
+    )
+
+
+@eqx.filter_jit
+def _linearise(robot, y, selection: Selection, steps: int):
+    """Π_y by (10) in its conforming order, `-(∂R/∂y)⁻¹ ∂R/∂ρ`, and what hangs on it."""
+    units = unknown_scales(robot)
+    rho = selection.get(robot)
+    n_a, n_p = robot.n_a, robot.n_p
+
+    def equations(scaled, rho):
+        varied = selection.set(robot, rho)
+        return residual(varied, unravel(varied, scaled * units), steps)
+
+    def torques(y, rho):
+        return motor_torques(selection.set(robot, rho), y)
+
+    by_y, by_rho = jax.jacfwd(equations, argnums=(0, 1))(y / units, rho)
+    tau_y, tau_rho = jax.jacfwd(torques, argnums=(0, 1))(y, rho)
+
+    def holding(start: int, count: int):
+        """Both sensitivities with `count` unknowns from `start` held."""
+        free = jnp.concatenate([by_y[:, :start], by_y[:, start + count :]], axis=1)
+        moving = -inverse(free) @ by_rho
+        held = jnp.zeros((count, rho.size))
+        Pi_y = jnp.concatenate([moving[:start], held, moving[start:]]) * units[:, None]
+        return Pi_y, tau_y @ Pi_y + tau_rho
+
+    both = {Hold.MOTORS.value: holding(0, n_a)}
+    if n_a == n_p:
+        both[Hold.PLATFORM.value] = holding(n_a, n_p)
+
+    # Motors held and joints closed, the legs' wrenches follow the platform.
+    by_p, by_mu = by_y[:, n_a : n_a + n_p], by_y[:, n_a + n_p :]
+    wrench_by_p = -inverse(by_mu[n_p:]) @ by_p[n_p:]
+    stiffness = -(by_p[:n_p] + by_mu[:n_p] @ wrench_by_p)
+    wrench_units = scales(robot).wrench(robot)[:n_p]
+    stiffness = stiffness * wrench_units[:, None] / units[n_a : n_a + n_p]
+    return both, stiffness
+
+
+class LegSensitivity(eqx.Module):
+    """`Π_i(s) = ∂x_i(s)/∂ρ_i` along a leg, its base state held: `Π_i(0) = 0` (7)–(8).
+
+    **Attributes:**
+
+    - `s`: arc length, m, shape `(points,)`.
+    - `Pi`: shape `(points, n_x, n_ρ)`; rows as `rows`: position, rotation (of the
+        cross-section, rad, world axes), force, moment.
+    - `rows`, `columns`: labels.
+    """
+
+    s: Float[Array, " points"]
+    Pi: Float[Array, "points n_x n_rho"]
+    rows: tuple[str, ...] = eqx.field(static=True)
+    columns: tuple[str, ...] = eqx.field(static=True)
+
+
+def leg_sensitivity(
+    robot: Robot,
+    equilibrium: Equilibrium,
+    leg: int,
+    parameters: Sequence[str] | None = None,
+    points: int = 33,
+) -> LegSensitivity:
+    """The state sensitivity along leg `leg` (counted from 1), equations (7) and (8).
+
+    **Arguments:**
+
+    - `parameters`: labels of this leg's parameters; by default `k_b` and `r_c` of the leg (its
+        precurvature `kappa` where it is straight).
+    - `points`: number of equidistant arc lengths.
+    """
+    if not 1 <= leg <= robot.n:
+        raise InputError(f"Argument `leg` must be between 1 and {robot.n}, but it is {leg}.")
+    if parameters is None:
+        curved = float(robot.legs.rod.precurvature[leg - 1, -1]) != 0.0
+        parameters = (f"k_b{leg}", f"{'r_c' if curved else 'kappa'}{leg}")
+    selection = select(robot, parameters)
+    Pi = _along_leg(robot, equilibrium.y, selection, leg - 1, points - 1)
+    geometry = robot.geometry
+    rows = (
+        *(f"p_{axis}" for axis in geometry.axes),
+        *(f"theta_{axis}" for axis in geometry.rotation_axes),
+        *(f"n_{axis}" for axis in geometry.axes),
+        *(f"m_{axis}" for axis in geometry.rotation_axes),
+    )
+    s = jnp.linspace(0.0, 1.0, points) * robot.legs.rod.length[leg - 1]
+    return LegSensitivity(s=s, Pi=Pi, rows=rows, columns=selection.labels)
+
+
+@eqx.filter_jit
+def _along_leg(robot, y, selection: Selection, leg: int, steps: int):
+    geometry = robot.geometry
+    state = unravel(robot, y)
+    q = (robot.transmission @ state.q_a)[leg]
+
+    def shape(rho):
+        varied = selection.set(robot, rho).leg(leg)
+        base = leg_base(geometry, varied, q, state.mu[leg])
+        # The base state is held, whatever the parameters do to the rigid segment before it.
+        base = base._replace(**{k: getattr(fixed, k) for k in ("position", "rotation")})
+        along = rod_shape(geometry, base.rod, fixed.force, fixed.moment, steps)
+        return jax.vmap(lambda x: to_world(geometry, base, x))(along)
+
+    fixed = leg_base(geometry, robot.leg(leg), q, state.mu[leg])
+    rho = selection.get(robot)
+    nominal = shape(rho)
+
+    def deviation(rho):
+        varied = shape(rho)
+        turn = jax.vmap(
+            lambda new, old: jnp.stack(geometry.log(geometry.compose(new, geometry.inverse(old))))
+        )(varied.rotation, nominal.rotation)
+        return jnp.concatenate([varied.position, turn, varied.force, varied.moment], axis=1)
+
+    return jax.jacfwd(deviation)(rho)

@@ -1,0 +1,79 @@
+"""Entry point: arguments are checked, and refused, before JAX is imported."""
+
+import re
+import sys
+import warnings
+from collections.abc import Sequence
+
+from ..errors import InputError
+from . import inputs
+from .parser import build_parser
+
+EXIT_INPUT = 2
+EXIT_NO_SOLUTION = 3
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs a command; returns its exit code."""
+    arguments = build_parser().parse_args(_protect_negatives(sys.argv[1:] if argv is None else argv))
+    warnings.showwarning = _show_warning
+    try:
+        return _run(arguments)
+    except InputError as error:
+        _complain(str(error))
+        return EXIT_INPUT
+    except BrokenPipeError:
+        return 0
+    except KeyboardInterrupt:
+        _complain("interrupted")
+        return 130
+
+
+def _run(arguments) -> int:
+    if arguments.command == "robots":
+        from . import listing
+
+        return listing.robots(arguments.json)
+    if arguments.command == "paper":
+        samples = inputs.positive_integer("--samples", arguments.samples, least=100)
+        seed = inputs.positive_integer("--seed", arguments.seed, least=0)
+        from . import commands
+
+        return commands.paper(arguments.out, samples, seed, arguments.json)
+
+    request = inputs.check(arguments)
+    if arguments.command == "monte-carlo":
+        samples = inputs.positive_integer("--samples", arguments.samples)
+        seed = inputs.positive_integer("--seed", arguments.seed, least=0)
+    from . import commands
+
+    try:
+        if arguments.command == "solve":
+            return commands.solve(request, arguments.json)
+        if arguments.command == "sensitivity":
+            return commands.sensitivity(request, arguments.hold, arguments.json)
+        return commands.monte_carlo(
+            request,
+            samples,
+            seed,
+            arguments.distribution,
+            arguments.prediction,
+            arguments.out,
+            arguments.json,
+        )
+    except commands.NoSolution as failure:
+        _complain(str(failure))
+        return EXIT_NO_SOLUTION
+
+
+def _protect_negatives(argv: Sequence[str]) -> list[str]:
+    """argparse takes `-50mm` for an option, unless there is a blank in it."""
+    return [f" {word}" if re.match(r"-\.?\d", word) else word for word in argv]
+
+
+def _complain(message: str) -> None:
+    print(f"cpr-jax: error: {message}", file=sys.stderr)
+
+
+def _show_warning(message, category, filename, lineno, file=None, line=None) -> None:
+    print(f"cpr-jax: warning: {message}", file=sys.stderr)

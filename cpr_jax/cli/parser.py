@@ -1,0 +1,103 @@
+"""Arguments of the command line; no module of numbers is imported here."""
+
+import argparse
+import importlib.metadata
+
+_EPILOG = """\
+ROBOT is a name of the catalogue (see `cpr-jax robots`) or the path of a robot file (TOML, see
+docs/robot-files.md). Numbers are in SI units; quantities such as 200mm or 45deg work too.
+Exit codes: 0 done, 2 a mistake in the input, 3 a solve that has no solution.
+"""
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The parser of all commands."""
+    parser = argparse.ArgumentParser(
+        prog="cpr-jax",
+        description="Continuum parallel robots: statics, sensitivity, uncertainty ellipsoids.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    version = importlib.metadata.version("cpr_jax")
+    parser.add_argument("--version", action="version", version=f"cpr-jax {version}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+
+    def add(name: str, text: str) -> argparse.ArgumentParser:
+        return commands.add_parser(
+            name,
+            help=text,
+            description=text[0].upper() + text[1:] + ".",
+            epilog=_EPILOG,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+            allow_abbrev=False,
+        )
+
+    paper = add("paper", "make the paper's Figures 1 and 2, their samples and a report")
+    paper.add_argument("--out", default="paper", metavar="DIR", help="folder (default: paper)")
+    paper.add_argument(
+        "--samples", default="2000", metavar="N", help="samples a point (default: 2000)"
+    )
+    paper.add_argument("--seed", default="0", metavar="S", help="random seed (default: 0)")
+    paper.add_argument("--json", action="store_true", help="print the report as JSON")
+
+    _add_robot(add("solve", "solve the inverse (--point) or the forward (--motors) problem"))
+    analysis = add("sensitivity", "sensitivity matrix and uncertainty ellipsoid at an equilibrium")
+    _add_robot(analysis)
+    _add_parameters(analysis)
+    analysis.add_argument(
+        "--hold",
+        choices=("motors", "platform"),
+        default="motors",
+        help="what stays while the parameters vary (default: motors)",
+    )
+    sampling = add("monte-carlo", "random parameters: coverage of the uncertainty ellipsoid")
+    _add_robot(sampling)
+    _add_parameters(sampling)
+    sampling.add_argument("--samples", default="2000", metavar="N", help="default: 2000")
+    sampling.add_argument("--seed", default="0", metavar="S", help="default: 0")
+    sampling.add_argument(
+        "--distribution",
+        choices=("gaussian", "ellipsoid", "box"),
+        default="gaussian",
+        help="Gaussian with σ = δ/3 (default), or uniform in the ellipsoid or the box",
+    )
+    sampling.add_argument(
+        "--prediction",
+        choices=("tangent", "second-order"),
+        default="tangent",
+        help="where the iteration starts (default: tangent)",
+    )
+    sampling.add_argument("--out", metavar="FILE.nc", help="write the samples as NetCDF")
+
+    robots = add("robots", "list the catalogue")
+    robots.add_argument("--json", action="store_true", help="print one JSON object")
+    return parser
+
+
+def _add_robot(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("robot", metavar="ROBOT", help="catalogue name or robot file")
+    where = parser.add_mutually_exclusive_group(required=True)
+    where.add_argument(
+        "--point",
+        nargs="+",
+        metavar="Q",
+        help="platform coordinates: position, then the rotation of a body",
+    )
+    where.add_argument("--motors", nargs="+", metavar="Q", help="motor positions")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def _add_parameters(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--parameters",
+        nargs="+",
+        metavar="LABEL",
+        help="uncertain parameters, such as k_b1 r_c1 l1 (default: those of the robot)",
+    )
+    parser.add_argument(
+        "--delta",
+        nargs="+",
+        metavar="LABEL=VALUE",
+        help="half ranges, such as l1=2mm, where they differ from those of the robot",
+    )

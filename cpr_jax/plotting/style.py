@@ -1,0 +1,55 @@
+"""How figures look: journal sizes, colours that colour-blind readers tell apart."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+import pathlib
+
+import matplotlib
+import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
+
+from ..studies.results import write_atomically
+
+COLUMN = 3.5
+"""Width of a journal's column, inches."""
+
+PAGE = 7.16
+"""Width of a journal's text, inches."""
+
+# Okabe and Ito's palette; as grey levels they stay apart too.
+BLUE, ORANGE, GREEN, VERMILION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
+BLACK, GREY = "#000000", "#7F7F7F"
+
+_SETTINGS = {
+    "font.family": "STIXGeneral",
+    "mathtext.fontset": "stix",
+    "font.size": 9,
+    "axes.labelsize": 9,
+    "axes.titlesize": 9,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "legend.fontsize": 8,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "lines.linewidth": 1.2,
+    "savefig.dpi": 300,
+    "pdf.fonttype": 42,
+    "figure.constrained_layout.use": True,
+}
+
+
+@contextmanager
+def journal_style() -> Iterator[None]:
+    """Settings of a journal's figure, for the block only."""
+    with matplotlib.rc_context(_SETTINGS):
+        yield
+
+
+def save_figure(figure: Figure, stem: str | pathlib.Path) -> list[pathlib.Path]:
+    """Writes a figure as PDF and as PNG and closes it."""
+    paths = [pathlib.Path(f"{stem}.{ending}") for ending in ("pdf", "png")]
+    for path in paths:
+        write_atomically(path, lambda file: figure.savefig(file))
+    plt.close(figure)
+    return paths

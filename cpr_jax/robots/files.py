@@ -1,0 +1,163 @@
+"""Robot files: TOML with units to robots, and back."""
+
+import contextlib
+import dataclasses
+import os
+import tomllib
+import warnings
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..geometry import PLANE, SPACE, AbstractGeometry
+from ..rods.rod import Rod, kirchhoff_rod, section_rod
+from ..rods.section import Material, circle, rectangle
+from .joint import Joint
+from .leg import Leg, make_leg, prismatic_screw, revolute_screw
+from .reading import parse_specification, read_specification
+from .robot import Robot, make_robot
+from .specification import LegSpecification, RobotSpecification, RodSpecification
+from .writing import JOINTS, inexpressible, robot_text
+
+_GEOMETRIES = {"plane": PLANE, "space": SPACE}
+
+
+def _array(value: float | tuple[float, ...]) -> Array:
+    return jnp.asarray(value, float)
+
+
+def load_robot(path: str | os.PathLike[str]) -> Robot:
+    """Reads a robot file; its format is in `docs/robot-files.md`.
+
+    **Raises:**
+
+    - `InputError`: if the file cannot be read or does not describe a robot.
+    """
+    return robot_from_specification(read_specification(path))
+
+
+def robot_from_specification(specification: RobotSpecification) -> Robot:
+    """The robot that a file describes; the file's suspicious places become Python warnings."""
+    for message in specification.warnings:
+        warnings.warn(message, UserWarning, stacklevel=2)
+    geometry = _GEOMETRIES[specification.geometry]
+    home = specification.home
+    return make_robot(
+        geometry,
+        [_leg(geometry, leg, specification.gravity) for leg in specification.legs],
+        oriented=specification.platform == "body",
+        f_P=_array(specification.force),
+        m_P=_array(specification.moment),
+        home=None if home is None else (_array(home.motors), _array(home.position + home.rotation)),
+        uncertainty=specification.uncertainty,
+        name=specification.name,
+    )
+
+
+def _leg(
+    geometry: AbstractGeometry, leg: LegSpecification, gravity: tuple[float, ...] | None
+) -> Leg:
+    if isinstance(leg.joint, str):
+        joint = JOINTS[leg.joint](geometry)
+    else:
+        joint = Joint(free=_array(leg.joint), lever=_array(1.0))
+    if leg.moment_row == "printed":
+        joint = dataclasses.replace(joint, lever=_array(0.0))
+    return make_leg(
+        geometry,
+        _array(leg.base),
+        _rod(geometry, leg.rod, gravity),
+        a=_array(leg.a),
+        b=_array(leg.b),
+        base_rotation=_array(leg.base_rotation),
+        screw=_screw(geometry, leg),
+        joint=joint,
+        attachment_position=_array(leg.attachment),
+        attachment_rotation=_array(leg.attachment_rotation),
+    )
+
+
+def _screw(geometry: AbstractGeometry, leg: LegSpecification) -> Float[Array, " freedoms"]:
+    if leg.motor_axis is None:
+        return (revolute_screw if leg.motor == "revolute" else prismatic_screw)(geometry)
+    still = (0.0,) * geometry.freedoms
+    if leg.motor == "revolute":
+        return _array((*still[: geometry.d], *leg.motor_axis))
+    return _array((*leg.motor_axis, *still[geometry.d :]))
+
+
+def _rod(
+    geometry: AbstractGeometry, rod: RodSpecification, gravity: tuple[float, ...] | None
+) -> Rod:
+    rest = _array(rod.precurvature)
+    elastic = strain = None
+    if rod.section is not None and rod.material is not None and rod.material.E is not None:
+        shape = rectangle if rod.section.kind == "rectangle" else circle
+        elastic = shape(*rod.section.sizes), Material(rod.material.E, rod.material.nu)
+    if rod.bending_stiffness is not None:
+        built = kirchhoff_rod(geometry, rod.length, _array(rod.bending_stiffness), rest)
+    elif rod.curvature_compliance is not None:
+        built = kirchhoff_rod(geometry, rod.length, 1.0, rest)
+        compliance = _array(rod.curvature_compliance)
+        built = dataclasses.replace(built, curvature_compliance=compliance)
+    elif elastic is not None:
+        built = section_rod(geometry, rod.length, *elastic, rest)
+    else:
+        raise ValueError("Argument `rod` must have a stiffness, but it has none.")
+    if rod.extensible and elastic is not None:
+        _, strain = elastic[0].compliances(geometry, elastic[1])
+    elif rod.strain_compliance is not None:
+        strain = _array(rod.strain_compliance)
+    force = None if rod.force is None else _array(rod.force)
+    if gravity is not None and rod.mass_per_length is not None:
+        weight = rod.mass_per_length * _array(gravity)
+        force = weight if force is None else force + weight
+    return dataclasses.replace(
+        built,
+        strain_compliance=strain,
+        force=force,
+        moment=None if rod.moment is None else _array(rod.moment),
+    )
+
+
+def save_robot(robot: Robot, path: str | os.PathLike[str]) -> None:
+    """Writes a robot to a file, in SI units, such that loading it gives back every last bit.
+
+    A file that exists is replaced at once: a reader never sees a part of it.
+
+    **Raises:**
+
+    - `ValueError`: if a file cannot express the robot: motors that move several legs, fed rods,
+        geared motors, several robots in one.
+    """
+    text = robot_text(robot)
+    loaded = robot_from_specification(parse_specification(tomllib.loads(text), "robot"))
+    before, after = _numbers(robot), _numbers(loaded)
+    for place in before | after:
+        # What one of the two lacks is an effect that is left out, the same as zero.
+        if not np.all(before.get(place, 0.0) == after.get(place, 0.0)):
+            raise inexpressible(f"its `{place.lstrip('.')}` is out of the ordinary")
+    _write_atomically(os.fsdecode(path), text)
+
+
+def _numbers(robot: Robot) -> dict[str, np.ndarray]:
+    leaves, _ = jax.tree_util.tree_flatten_with_path(robot)
+    return {jax.tree_util.keystr(path): np.asarray(leaf) for path, leaf in leaves}
+
+
+def _write_atomically(path: str, text: str) -> None:
+    """Writes a file under a temporary name beside its own, syncs it, then renames it."""
+    folder, name = os.path.split(path)
+    temporary = os.path.join(folder, f".{name}.{os.getpid()}.part")
+    try:
+        with open(temporary, "w", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(temporary, path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.remove(temporary)
+        raise

@@ -1,0 +1,201 @@
+"""The legs of a robot file, read and checked."""
+
+from typing import NamedTuple
+
+from ..errors import InputError
+from .specification import (
+    LegSpecification,
+    MaterialSpecification,
+    RodSpecification,
+    SectionSpecification,
+)
+from .tables import Entry, Table, unit_vector
+from .units import (
+    ANGLE,
+    BENDING_STIFFNESS,
+    CURVATURE,
+    CURVATURE_COMPLIANCE,
+    DENSITY,
+    FORCE_PER_LENGTH,
+    LENGTH,
+    MODULUS,
+    MOMENT_PER_LENGTH,
+    RATIO,
+    STRAIN_COMPLIANCE,
+    Dimension,
+    Sign,
+)
+
+
+class Frame(NamedTuple):
+    """How many numbers things have: names of the components of vectors and of rotations."""
+
+    geometry: str
+    axes: tuple[str, ...]
+    rotation_axes: tuple[str, ...]
+
+    def rotational(self, entry: Entry, dimension: Dimension) -> tuple[float, ...]:
+        """A rotation or moment: one number in the plane, a vector in space."""
+        if len(self.rotation_axes) == 1:
+            return (entry.quantity(dimension),)
+        return entry.vector(dimension, self.rotation_axes)
+
+    def segment(self, entry: Entry) -> tuple[float, ...]:
+        """A rigid segment: a length along the tangent, or a vector."""
+        if entry.is_list:
+            return entry.vector(LENGTH, self.axes)
+        return (entry.quantity(LENGTH, Sign.NOT_NEGATIVE), *self.zeros[1:])
+
+    @property
+    def zeros(self) -> tuple[float, ...]:
+        """What stands for no vector in a file."""
+        return (0.0,) * len(self.axes)
+
+    @property
+    def no_turn(self) -> object:
+        """What stands for no rotation or moment in a file."""
+        return 0.0 if len(self.rotation_axes) == 1 else (0.0,) * len(self.rotation_axes)
+
+
+def read_leg(frame: Frame, platform: str, leg: Table) -> LegSpecification:
+    """A leg of a robot whose platform is a "point" or a "body"."""
+    if platform == "point":
+        for key in ("attachment", "attachment_rotation"):
+            leg.refuse(key, "a point platform carries its joints where it is")
+    base = leg.entry("base").vector(LENGTH, frame.axes)
+    motor, axis = _motor(frame, leg.entry("motor", "revolute"))
+    # In the plane a pivot is meant; in space nothing is usual enough to be assumed.
+    joint = _joint(frame, leg.entry("joint", *(["pivot"] if frame.geometry == "plane" else [])))
+    # A joint that turns about some axes only would refer to an orientation that a point lacks.
+    round_joints = ("pivot", "spherical") if frame.geometry == "plane" else ("spherical",)
+    if platform == "point" and joint not in round_joints:
+        words = " or ".join(f"'{name}'" for name in round_joints)
+        raise leg.entry("joint").error(f"{words} at a point platform, which has no orientation")
+    rotation = leg.entry("base_rotation", frame.no_turn)
+    attachment_rotation = leg.entry("attachment_rotation", frame.no_turn)
+    return LegSpecification(
+        base=base,
+        base_rotation=frame.rotational(rotation, ANGLE),
+        motor=motor,
+        motor_axis=axis,
+        a=frame.segment(leg.entry("a", 0.0)),
+        rod=_rod(frame, leg.table("rod", "legs.rod")),
+        b=frame.segment(leg.entry("b", 0.0)),
+        joint=joint,
+        moment_row=leg.entry("moment_row", "pivot").choice("pivot", "printed"),
+        attachment=leg.entry("attachment", frame.zeros).vector(LENGTH, frame.axes),
+        attachment_rotation=frame.rotational(attachment_rotation, ANGLE),
+    )
+
+
+def _motor(frame: Frame, entry: Entry) -> tuple[str, tuple[float, ...] | None]:
+    if not entry.is_table:
+        return entry.choice("revolute", "prismatic"), None
+    table = entry.table("motor")
+    kind = table.entry("kind").choice("revolute", "prismatic")
+    if not table.has("axis"):
+        return kind, None
+    if kind == "revolute" and frame.geometry == "plane":
+        table.refuse("axis", "a revolute motor in the plane turns about its normal")
+    axis = table.entry("axis")
+    return kind, unit_vector(axis.vector(RATIO, frame.axes), axis)
+
+
+def _joint(frame: Frame, entry: Entry) -> str | tuple[float, ...]:
+    if not entry.is_table:
+        return entry.choice("pivot", "spherical", "clamped", "slider")
+    free = entry.table("joint").entry("free")
+    motions = [f"along {k + 1}" for k in range(len(frame.axes))]
+    motions += ["angle"] if len(frame.rotation_axes) == 1 else [f"about {k}" for k in (1, 2, 3)]
+    flags = [entry.value for entry in free.items()]
+    if len(flags) != len(motions) or any(flag not in (0, 1) for flag in flags) or all(flags):
+        raise free.error(
+            f"a list of {len(motions)} flags, 0 locked and 1 free ({', '.join(motions)}), "
+            f"which are not all 1"
+        )
+    return tuple(1.0 if flag else 0.0 for flag in flags)
+
+
+def _rod(frame: Frame, rod: Table) -> RodSpecification:
+    stiffness = compliance = section = material = strain = None
+    if rod.has("section"):
+        section = _section(rod.entry("section"))
+    if rod.has("material"):
+        material = _material(rod.entry("material").table("material"))
+    elastic = section is not None and material is not None and material.E is not None
+    match rod.first("bending_stiffness", "curvature_compliance"):
+        case "bending_stiffness":
+            stiffness = _bending(frame, rod.entry("bending_stiffness"), BENDING_STIFFNESS)
+        case "curvature_compliance":
+            compliance = _bending(frame, rod.entry("curvature_compliance"), CURVATURE_COMPLIANCE)
+        case None if not elastic:
+            raise InputError(
+                f"Argument `{rod.field('bending_stiffness')}` must be given, or both `section` "
+                f"and `material.E`, but the rod's stiffness is missing."
+            )
+    extensible = False
+    match rod.first("extensible", "strain_compliance"):
+        case "extensible":
+            extensible = rod.entry("extensible").truth()
+            if extensible and not elastic:
+                raise rod.entry("extensible").error("false without both `section` and `material.E`")
+        case "strain_compliance":
+            parts = ("stretch", *("shear 2", "shear 3")[: len(frame.axes) - 1])
+            entry = rod.entry("strain_compliance")
+            strain = entry.vector(STRAIN_COMPLIANCE, parts, Sign.NOT_NEGATIVE)
+    return RodSpecification(
+        length=rod.entry("length").quantity(LENGTH, Sign.POSITIVE),
+        bending_stiffness=stiffness,
+        curvature_compliance=compliance,
+        section=section,
+        material=material,
+        precurvature=_precurvature(frame, rod),
+        extensible=extensible,
+        strain_compliance=strain,
+        force=rod.entry("force").vector(FORCE_PER_LENGTH, frame.axes) if rod.has("force") else None,
+        moment=frame.rotational(rod.entry("moment"), MOMENT_PER_LENGTH)
+        if rod.has("moment")
+        else None,
+    )
+
+
+def _bending(frame: Frame, entry: Entry, dimension: Dimension) -> tuple[float, ...]:
+    """One number for the plane; torsion, bending about 2 and 3 in space, or one for all."""
+    if frame.geometry == "space" and entry.is_list:
+        return entry.vector(dimension, ("torsion", "about 2", "about 3"), Sign.POSITIVE)
+    return (entry.quantity(dimension, Sign.POSITIVE),) * len(frame.rotation_axes)
+
+
+def _precurvature(frame: Frame, rod: Table) -> tuple[float, ...]:
+    straight = (0.0,) * len(frame.rotation_axes)
+    match rod.first("precurvature", "precurvature_radius"):
+        case "precurvature_radius":
+            radius = rod.entry("precurvature_radius").quantity(LENGTH, Sign.NOT_ZERO)
+            return (*straight[1:], 1.0 / radius)
+        case "precurvature":
+            entry = rod.entry("precurvature")
+            if frame.geometry == "space" and entry.is_list:
+                return entry.vector(CURVATURE, ("about 1", "about 2", "about 3"))
+            return (*straight[1:], entry.quantity(CURVATURE))
+    return straight
+
+
+def _section(entry: Entry) -> SectionSpecification:
+    kind = entry.table(None).entry("kind").choice("rectangle", "circle")
+    table = entry.table(kind)
+    sizes = ("width", "height") if kind == "rectangle" else ("radius",)
+    return SectionSpecification(
+        kind, tuple(table.entry(size).quantity(LENGTH, Sign.POSITIVE) for size in sizes)
+    )
+
+
+def _material(table: Table) -> MaterialSpecification:
+    nu = table.entry("nu", 0.35)
+    ratio = nu.quantity(RATIO)
+    if not -1.0 < ratio <= 0.5:
+        raise nu.error("a Poisson's ratio above -1 and at most 0.5")
+    density = None
+    if table.has("density"):
+        density = table.entry("density").quantity(DENSITY, Sign.POSITIVE)
+    E = table.entry("E").quantity(MODULUS, Sign.POSITIVE) if table.has("E") else None
+    return MaterialSpecification(E, ratio, density)

@@ -1,0 +1,52 @@
+"""The shape of a robot's legs."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..robots.robot import Robot
+from ..rods.equations import RodState
+from ..rods.integration import rod_shape
+from .equilibrium import Equilibrium
+from .residual import leg_base, to_world
+from .unknowns import unravel
+
+
+class Shape(NamedTuple):
+    """Legs in world axes, from motor to joint.
+
+    **Attributes** (`points` equidistant cross-sections a rod):
+
+    - `s`: arc length along each rod, m, shape `(n, points)`.
+    - `rods`: states along the rods; `rods.position` has shape `(n, points, d)`, m.
+    - `motors`: positions of the motors, m, `(n, d)`.
+    - `joints`: far ends of the rigid segments b, m, `(n, d)`.
+    """
+
+    s: Float[Array, "n points"]
+    rods: RodState
+    motors: Float[Array, "n d"]
+    joints: Float[Array, "n d"]
+
+
+def shape(robot: Robot, equilibrium: Equilibrium, points: int = 51) -> Shape:
+    """The shape of each leg at an equilibrium, integrated with `points - 1` steps."""
+    return _shape(robot, equilibrium.y, points)
+
+
+@eqx.filter_jit
+def _shape(robot: Robot, y: Float[Array, " n_y"], points: int) -> Shape:
+    geometry = robot.geometry
+    state = unravel(robot, y)
+
+    def one(leg, q, mu):
+        base = leg_base(geometry, leg, q, mu)
+        local = rod_shape(geometry, base.rod, base.force, base.moment, points - 1)
+        rods = jax.vmap(lambda x: to_world(geometry, base, x))(local)
+        joint = rods.position[-1] + jnp.stack(geometry.rotate(rods.rotation[-1], leg.b))
+        return Shape(jnp.linspace(0.0, 1.0, points) * base.rod.length, rods, base.motor, joint)
+
+    return jax.vmap(one)(robot.legs, robot.transmission @ state.q_a, state.mu)

@@ -1,0 +1,132 @@
+"""Labelled results and their files."""
+
+import importlib.metadata
+import json
+import os
+import pathlib
+import tempfile
+from collections.abc import Callable, Sequence
+
+import jax
+import numpy as np
+import xarray as xr
+
+from ..statics.status import Status
+from .monte_carlo import MonteCarlo
+
+
+def versions() -> dict[str, str]:
+    """Versions of this package and of those its numbers depend on."""
+    names = ("cpr_jax", "jax", "diffrax", "optimistix", "numpy")
+    return {name: importlib.metadata.version(name) for name in names}
+
+
+def samples_dataset(
+    studies: Sequence[MonteCarlo], points: Sequence[str], units: Sequence[str]
+) -> xr.Dataset:
+    """The samples of several Monte Carlo studies of one robot as one labelled dataset.
+
+    **Arguments:**
+
+    - `points`: a name for each study, the coordinate `point`.
+    - `units`: SI units of the platform coordinates.
+
+    **Returns:**
+
+    A dataset with dimensions point, sample, parameter, coordinate and axis.
+    """
+    first = studies[0]
+    shortest = min(len(study.status) for study in studies)
+    rows = first.sensitivity.rows
+    n_p = first.q_p.shape[1]
+    n_a = first.sensitivity.Pi_tau.shape[0]
+    coordinates = list(rows[n_a : n_a + n_p])
+    axes = list(first.ellipsoid.labels)
+
+    def stack(get: Callable[[MonteCarlo], object]) -> np.ndarray:
+        return np.stack([np.asarray(get(study)) for study in studies])
+
+    dataset = xr.Dataset(
+        {
+            "rho": (("point", "sample", "parameter"), stack(lambda s: s.rho[:shortest])),
+            "q_p": (("point", "sample", "coordinate"), stack(lambda s: s.q_p[:shortest])),
+            "status": (
+                ("point", "sample"),
+                stack(lambda s: s.status[:shortest]).astype(np.int8),
+                {
+                    "flag_values": [int(status) for status in Status],
+                    "flag_meanings": " ".join(status.name.lower() for status in Status),
+                },
+            ),
+            "inside": (("point", "sample"), stack(lambda s: s.inside[:shortest])),
+            "nominal": (("point", "coordinate"), stack(lambda s: s.sensitivity.y[n_a : n_a + n_p])),
+            "delta": (("point", "parameter"), stack(lambda s: s.sensitivity.delta)),
+            "Pi": (
+                ("point", "axis", "parameter"),
+                stack(lambda s: s.sensitivity.Pi(s.ellipsoid.labels)),
+            ),
+            "semi_axes": (("point", "rank"), stack(lambda s: s.ellipsoid.semi_axes), {"units": "m"}),
+            "directions": (("point", "rank", "axis"), stack(lambda s: s.ellipsoid.directions)),
+            "coverage": (("point",), stack(lambda s: s.coverage)),
+            "coverage_interval": (("point", "bound"), stack(lambda s: s.coverage_interval)),
+            "lost": (("point",), stack(lambda s: s.lost)),
+        },
+        coords={
+            "point": list(points),
+            "parameter": list(first.sensitivity.columns),
+            "parameter_unit": ("parameter", list(first.sensitivity.column_units)),
+            "coordinate": coordinates,
+            "coordinate_unit": ("coordinate", list(units)),
+            "axis": axes,
+            "bound": ["low", "high"],
+        },
+        attrs={"versions": json.dumps(versions()), "convention": "SI units, world axes"},
+    )
+    return dataset
+
+
+def write_atomically(path: str | os.PathLike, write: Callable[[pathlib.Path], object]) -> None:
+    """Writes a file through a temporary name: it is whole, or it is not there.
+
+    **Arguments:**
+
+    - `write`: called with the temporary path, in the same folder and with the same ending.
+    """
+    target = pathlib.Path(path)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(prefix=".", suffix=target.suffix, dir=target.parent)
+    os.close(handle)
+    temporary = pathlib.Path(name)
+    try:
+        write(temporary)
+        with open(temporary, "rb") as stream:
+            os.fsync(stream.fileno())
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, target)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def save_dataset(dataset: xr.Dataset, path: str | os.PathLike) -> None:
+    """Writes a dataset as NetCDF, compressed, in one piece."""
+    packed = {
+        name: {"zlib": True, "complevel": 4}
+        for name, variable in dataset.data_vars.items()
+        if variable.ndim and variable.dtype.kind in "fi"
+    }
+    write_atomically(
+        path, lambda file: dataset.to_netcdf(file, engine="h5netcdf", encoding=packed)
+    )
+
+
+def plain(value: object) -> object:
+    """A result as JSON knows it: lists, numbers, `None` where a number is not finite."""
+    if isinstance(value, dict):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, (jax.Array, np.ndarray, np.generic)):
+        return plain(np.asarray(value).tolist())
+    if isinstance(value, (list, tuple)):
+        return [plain(entry) for entry in value]
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,1 @@
+"""Independent solutions that tests compare with; nothing here imports the package."""
