@@ -60,8 +60,10 @@ def ellipsoid(sensitivity: Sensitivity, rows: str | Sequence[str] = "p_P") -> El
     indices = sensitivity.indices(rows)
     scaled = sensitivity.Pi_y[jnp.array(indices)] * sensitivity.delta
     # The singular values of Π δρ are the semi-axes; those of K would lose half the digits.
-    directions, semi_axes, _ = jnp.linalg.svd(scaled, full_matrices=True)
-    semi_axes = jnp.pad(semi_axes, (0, len(indices) - semi_axes.size))
+    # Zero columns make U square without `full_matrices`, which has no derivative.
+    missing = max(0, len(indices) - scaled.shape[1])
+    padded = jnp.pad(scaled, ((0, 0), (0, missing)))
+    directions, semi_axes, _ = jnp.linalg.svd(padded, full_matrices=False)
     return Ellipsoid(
         center=sensitivity.y[jnp.array(indices)],
         kernel=scaled @ scaled.T,

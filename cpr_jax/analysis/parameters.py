@@ -74,20 +74,23 @@ class Selection:
 # Name: (path, index behind the leg's, reciprocal, unit). `i` is a leg, `axis` a world axis.
 _LEG = {
     "k_b": ("legs.rod.curvature_compliance", (-1,), True, "N m^2"),
-    "k_t": ("legs.rod.curvature_compliance", (0,), True, "N m^2"),
-    "k_2": ("legs.rod.curvature_compliance", (1,), True, "N m^2"),
     "r_c": ("legs.rod.precurvature", (-1,), True, "m"),
     "kappa": ("legs.rod.precurvature", (-1,), False, "1/m"),
     "l": ("legs.rod.length", (), False, "m"),
     "a": ("legs.a", (0,), False, "m"),
     "b": ("legs.b", (0,), False, "m"),
 }
+_SPATIAL_LEG = {
+    "k_t": ("legs.rod.curvature_compliance", (0,), True, "N m^2"),
+    "k_2": ("legs.rod.curvature_compliance", (1,), True, "N m^2"),
+    "k_3": ("legs.rod.curvature_compliance", (2,), True, "N m^2"),
+}
 _AXIS = {
     "base": ("legs.base_position", "m"),
     "f": ("legs.rod.force", "N/m"),
 }
 _PATH = re.compile(r"([a-z][\w.]*)\[([\d, ]*)\]")
-_LEG_LABEL = re.compile(r"(k_b|k_t|k_2|r_c|kappa|l|a|b)(\d+)")
+_LEG_LABEL = re.compile(r"(k_b|k_t|k_2|k_3|r_c|kappa|l|a|b)(\d+)")
 _AXIS_LABEL = re.compile(r"(base|f)(\d+)_([xyz])")
 _LOAD_LABEL = re.compile(r"(f_P|m_P)_([xyz])")
 
@@ -158,8 +161,9 @@ def _entry(robot: Robot, label: str) -> Entry:
 
 def _named(robot: Robot, label: str) -> Entry | None:
     axes = robot.geometry.axes
-    if match := _LEG_LABEL.fullmatch(label):
-        path, rest, reciprocal, unit = _LEG[match[1]]
+    of_legs = _LEG | (_SPATIAL_LEG if robot.geometry.r == 3 else {})
+    if (match := _LEG_LABEL.fullmatch(label)) and match[1] in of_legs:
+        path, rest, reciprocal, unit = of_legs[match[1]]
         return Entry(label, path, (_leg_index(match[2]), *rest), reciprocal, unit)
     if (match := _AXIS_LABEL.fullmatch(label)) and match[3] in axes:
         path, unit = _AXIS[match[1]]

@@ -99,9 +99,7 @@ def _numbers(
     )
 
 
-def _half_ranges(
-    texts: list[str] | None, geometry: str, legs: int
-) -> dict[str, float] | None:
+def _half_ranges(texts: list[str] | None, geometry: str, legs: int) -> dict[str, float] | None:
     if texts is None:
         return None
     delta = {}

@@ -15,7 +15,9 @@ EXIT_NO_SOLUTION = 3
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs a command; returns its exit code."""
-    arguments = build_parser().parse_args(_protect_negatives(sys.argv[1:] if argv is None else argv))
+    arguments = build_parser().parse_args(
+        _protect_negatives(sys.argv[1:] if argv is None else argv)
+    )
     warnings.showwarning = _show_warning
     try:
         return _run(arguments)

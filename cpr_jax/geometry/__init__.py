@@ -1,5 +1,9 @@
 """Floor 1: everything that differs between the plane and space, and nothing else."""
 
-from .abstract import AbstractGeometry as AbstractGeometry, Components as Components
-from .plane import PLANE as PLANE, Plane as Plane
-from .space import SPACE as SPACE, Space as Space
+from .abstract import AbstractGeometry as AbstractGeometry
+from .abstract import Components as Components
+from .abstract import Numbers as Numbers
+from .plane import PLANE as PLANE
+from .plane import Plane as Plane
+from .space import SPACE as SPACE
+from .space import Space as Space

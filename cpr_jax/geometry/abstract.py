@@ -4,11 +4,14 @@ import abc
 from collections.abc import Sequence
 from typing import ClassVar, TypeAlias
 
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
 # Vectors are tuples of scalars here: under `vmap` each component then is one contiguous
 # row with the samples last in memory, and no stage of the integration pays for stacking.
 Components: TypeAlias = Sequence[Float[Array, ""]]
+
+Numbers: TypeAlias = ArrayLike | Sequence[ArrayLike]
+"""What users may give for an array."""
 
 
 class AbstractGeometry(abc.ABC):

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..statics.equilibrium import Equilibrium
 from ..robots.robot import Robot
+from ..statics.equilibrium import Equilibrium
 from ..studies.paper import POINTS, CaseStudy, case_study
 from ..studies.report import markdown_report
 from ..studies.results import (
@@ -55,15 +55,13 @@ def make_paper(
     }
     text = json.dumps(plain(report), indent=2)
     write_atomically(folder / "report.json", lambda file: file.write_text(text + "\n"))
-    write_atomically(
-        folder / "report.md", lambda file: file.write_text(markdown_report(report))
-    )
+    write_atomically(folder / "report.md", lambda file: file.write_text(markdown_report(report)))
     return report
 
 
 def figure_1(robot: Robot, equilibrium: Equilibrium) -> Figure:
     """Figure 1: the robot with its parametrisation."""
-    figure, ax = plt.subplots(figsize=(COLUMN, 3.3))
+    figure, ax = plt.subplots(figsize=(COLUMN, 3.0))
     drawn = plot_robot(robot, equilibrium, ax)
     rods = np.asarray(drawn.rods.position) * 1e3
     motors = np.asarray(drawn.motors) * 1e3
@@ -72,8 +70,9 @@ def figure_1(robot: Robot, equilibrium: Equilibrium) -> Figure:
         _ground(ax, motor)
     for i, side in ((0, -1.0), (1, 1.0)):
         _motor_angle(ax, motors[i], rods[i, 0], i, side)
-        _along(ax, motors[i], rods[i, 0], rf"$a_{i + 1}$", side)
-        _along(ax, rods[i, -1], end, rf"$b_{i + 1}$", 1.6 * side)
+        # On the left of both, where no angle is drawn; above the segments b.
+        _beside(ax, motors[i], rods[i, 0], rf"$a_{i + 1}$", (-1.0, 0.0))
+        _beside(ax, rods[i, -1], end, rf"$b_{i + 1}$", (0.0, 1.0))
         middle = rods[i, len(rods[i]) // 2]
         ax.annotate(
             rf"$l_{i + 1},\ k_{{b{i + 1}}},\ r_{{c{i + 1}}}$",
@@ -86,19 +85,29 @@ def figure_1(robot: Robot, equilibrium: Equilibrium) -> Figure:
         wrench = rods[i, 0]
         ax.plot(*wrench, "s", ms=3, color=BLUE, zorder=6)
         ax.annotate(
-            rf"$\boldsymbol{{\mu}}_{i + 1}$", wrench, xytext=(7 * side, -7),
-            textcoords="offset points", ha="center", color=BLUE,
+            rf"$\boldsymbol{{\mu}}_{i + 1}$",
+            wrench,
+            xytext=(11 * side, 4),
+            textcoords="offset points",
+            ha="center",
+            color=BLUE,
         )
     _arrow(ax, end, end + np.array([0.0, 45.0]), r"$\mathbf{f}_P$", (6, 0), VERMILION)
     ax.annotate(
-        r"$\mathbf{p}_P$", end, xytext=(0, -17), textcoords="offset points", ha="center",
+        r"$\mathbf{p}_P$",
+        end,
+        xytext=(0, -17),
+        textcoords="offset points",
+        ha="center",
         color=VERMILION,
     )
     _arrow(ax, (0, 0), (40, 0), "$y$", (3, 0), BLACK)
     _arrow(ax, (0, 0), (0, 40), "$z$", (-2, 4), BLACK)
     y = -42.0
     ax.annotate(
-        "", (motors[0, 0], y), (motors[1, 0], y),
+        "",
+        (motors[0, 0], y),
+        (motors[1, 0], y),
         arrowprops={"arrowstyle": "<->", "lw": 0.7, "shrinkA": 0, "shrinkB": 0},
     )
     ax.text(0.0, y - 5, "$d$", ha="center", va="top")
@@ -106,37 +115,41 @@ def figure_1(robot: Robot, equilibrium: Equilibrium) -> Figure:
     ax.set_ylabel("z (mm)")
     ax.set_ylim(-65, end[1] + 62)
     low, high = rods[..., 0].min(), rods[..., 0].max()
-    ax.set_xlim(low - 62, high + 62)
+    ax.set_xlim(low - 95, high + 95)
     return figure
 
 
 def figure_2(study: CaseStudy) -> Figure:
     """Figure 2: the points A to D in the workspace, their clouds and their ellipses."""
-    figure = plt.figure(figsize=(PAGE, 4.1))
+    figure = plt.figure(figsize=(PAGE, 4.4))
     grid = figure.add_gridspec(2, 3, width_ratios=[1.25, 1.0, 1.0])
     overview = figure.add_subplot(grid[:, 0])
-    plot_robot(study.robot, study.equilibria["A"], overview, color=GREY, alpha=0.55)
+    plot_robot(study.robot, study.equilibria["A"], overview, color=GREY, alpha=0.35)
     for name, result in study.studies.items():
         rim = np.asarray(result.ellipsoid.boundary()) * 1e3
         point = np.array(POINTS[name]) * 1e3
-        overview.fill(*rim.T, fc=ORANGE, ec=BLACK, lw=0.7, alpha=0.9, zorder=7)
-        overview.plot(*point, ".", ms=3, color=BLACK, zorder=8)
+        overview.fill(*rim.T, fc=ORANGE, ec=VERMILION, lw=0.9, zorder=7)
+        overview.plot(*point, ".", ms=2.5, color=BLACK, zorder=8)
         overview.annotate(
-            name, point, xytext=(5, 6), textcoords="offset points", weight="bold", zorder=9
+            name, point, xytext=(7, 7), textcoords="offset points", weight="bold", zorder=9
         )
     overview.set_xlabel("y (mm)")
     overview.set_ylabel("z (mm)")
-    overview.set_title("ellipses in the workspace, to scale")
+    overview.margins(0.08)
+    overview.set_title("The ellipses to scale,\nthe robot at A")
     for k, (name, result) in enumerate(study.studies.items()):
         ax = figure.add_subplot(grid[k // 2, 1 + k % 2])
         plot_clouds(result, ax)
         y, z = (1e3 * c for c in POINTS[name])
-        ax.set_title(f"$\\bf{{{name}}}$  ({y:.0f}, {z:.0f}) mm")
+        lost = (result.lost + result.failed) / result.samples
+        words = f"{result.coverage:.1%} inside" + (f", {lost:.1%} lost" if lost else "")
+        ax.set_title(f"$\\bf{{{name}}}$ ({y:.0f}, {z:.0f}) mm\n{words}")
         ax.set_xlabel(r"$\Delta y$ (mm)")
         ax.set_ylabel(r"$\Delta z$ (mm)")
     handles, labels = ax.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower right", ncols=4, frameon=False,
-                  markerscale=2.0)
+    figure.legend(
+        handles, labels, loc="outside lower right", ncols=4, frameon=False, markerscale=2.0
+    )
     return figure
 
 
@@ -156,20 +169,22 @@ def _motor_angle(ax: Axes, motor, start, i: int, side: float) -> None:
     ax.plot([motor[0], motor[0] + 34], [motor[1]] * 2, color=GREY, lw=0.6, ls="--", zorder=0)
     ax.plot(*arc.T, color=GREY, lw=0.8)
     ax.annotate("", arc[-1], arc[-4], arrowprops={"arrowstyle": "-|>", "lw": 0.8, "color": GREY})
-    middle = motor + 1.45 * radius * np.array([np.cos(0.45 * angle), np.sin(0.45 * angle)])
+    middle = motor + 1.75 * radius * np.array([np.cos(0.45 * angle), np.sin(0.45 * angle)])
     ax.text(*middle, rf"$q_{{a{i + 1}}}$", ha="center", va="center")
 
 
-def _along(ax: Axes, start, end, label: str, side: float) -> None:
-    middle = 0.5 * (start + end)
+def _beside(ax: Axes, start, end, label: str, side) -> None:
+    """A label beside a segment, on the side that a direction points to."""
     across = np.array([-(end - start)[1], (end - start)[0]]) / np.linalg.norm(end - start)
-    across = across if across[0] * side > 0 else -across
-    ax.text(*(middle + 10 * across), label, ha="center", va="center")
+    across = across * np.sign(across @ np.array(side))
+    ax.text(*(0.5 * (start + end) + 14 * across), label, ha="center", va="center")
 
 
 def _arrow(ax: Axes, start, end, label: str, shift, color: str) -> None:
     ax.annotate(
-        "", end, start,
+        "",
+        end,
+        start,
         arrowprops={"arrowstyle": "-|>", "lw": 1.2, "color": color, "shrinkA": 0, "shrinkB": 0},
         zorder=7,
     )

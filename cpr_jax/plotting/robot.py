@@ -36,8 +36,13 @@ def plot_robot(
     motors, joints = np.asarray(drawn.motors) * unit, np.asarray(drawn.joints) * unit
     for rod, motor, joint in zip(rods, motors, joints, strict=True):
         for start, end in ((motor, rod[0]), (rod[-1], joint)):
-            ax.plot(*zip(start, end, strict=True), color=BLACK, lw=2.4, alpha=alpha,
-                    solid_capstyle="round")
+            ax.plot(
+                *zip(start, end, strict=True),
+                color=BLACK,
+                lw=2.4,
+                alpha=alpha,
+                solid_capstyle="round",
+            )
         ax.plot(*rod.T, color=color, lw=1.6, alpha=alpha, zorder=2)
         ax.plot(*motor, "o", ms=7, mfc="white", mec=BLACK, mew=1.2, alpha=alpha, zorder=3)
         ax.plot(*motor, ".", ms=3, color=BLACK, alpha=alpha, zorder=4)

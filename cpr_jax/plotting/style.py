@@ -1,8 +1,8 @@
 """How figures look: journal sizes, colours that colour-blind readers tell apart."""
 
+import pathlib
 from collections.abc import Iterator
 from contextlib import contextmanager
-import pathlib
 
 import matplotlib
 import matplotlib.pyplot as plt

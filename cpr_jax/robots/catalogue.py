@@ -88,26 +88,28 @@ def rfrfr_straight(*, f_P: Sequence[float] = (0.0, 0.0)) -> Robot:
 def three_rfr() -> Robot:
     """A planar 3-RFR robot: three precurved rods carry a triangular platform.
 
-    Motors on a circle of 0.25 m, pivots on a circle of 0.06 m of the platform, rods of 0.25 m
+    Motors on a circle of 0.22 m, pivots on a circle of 0.06 m of the platform, each 60 degrees
+    further on, so that the legs pass beside the centre and resist its rotation; rods of 0.25 m
     with the stiffness of the paper's robot.
     """
-    legs = []
-    for angle in (-jnp.pi / 2.0, jnp.pi / 6.0, 5.0 * jnp.pi / 6.0):
-        direction = jnp.array([jnp.cos(angle), jnp.sin(angle)])
-        legs.append(
-            make_leg(
-                PLANE,
-                0.25 * direction,
-                kirchhoff_rod(PLANE, 0.25, 0.0183, 2.0),
-                attachment_position=0.06 * direction,
-            )
+    third = jnp.sqrt(3.0) / 2.0
+    around = jnp.array([(0.0, -1.0), (third, 0.5), (-third, 0.5)])
+    further = jnp.array([(third, -0.5), (0.0, 1.0), (-third, -0.5)])
+    legs = [
+        make_leg(
+            PLANE,
+            0.22 * around[i],
+            kirchhoff_rod(PLANE, 0.25, 0.0183, 2.0),
+            attachment_position=0.06 * further[i],
         )
+        for i in range(3)
+    ]
     return make_robot(
         PLANE,
         legs,
         oriented=True,
         f_P=(0.0, -0.5),
-        home=((1.2, 3.3, 5.4), (0.0, 0.0, 0.0)),
+        home=((-0.2, 1.85, 3.95), (0.0, 0.0, 0.0)),
         uncertainty={
             label: value
             for i in (1, 2, 3)

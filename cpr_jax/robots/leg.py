@@ -2,9 +2,9 @@
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, Float
 
-from ..geometry import AbstractGeometry
+from ..geometry import AbstractGeometry, Numbers
 from ..rods.rod import Rod
 from .joint import Joint, pivot
 
@@ -48,17 +48,17 @@ def prismatic_screw(geometry: AbstractGeometry, axis: int = 0) -> Float[Array, "
 
 def make_leg(
     geometry: AbstractGeometry,
-    base_position: ArrayLike,
+    base_position: Numbers,
     rod: Rod,
     *,
-    a: ArrayLike = 0.0,
-    b: ArrayLike = 0.0,
-    base_rotation: ArrayLike | None = None,
-    screw: ArrayLike | None = None,
-    feed: ArrayLike | None = None,
+    a: Numbers = 0.0,
+    b: Numbers = 0.0,
+    base_rotation: Numbers | None = None,
+    screw: Numbers | None = None,
+    feed: Numbers | None = None,
     joint: Joint | None = None,
-    attachment_position: ArrayLike | None = None,
-    attachment_rotation: ArrayLike | None = None,
+    attachment_position: Numbers | None = None,
+    attachment_rotation: Numbers | None = None,
 ) -> Leg:
     """A leg with the usual defaults: a revolute motor, a pivot, no rigid segments.
 
@@ -70,7 +70,7 @@ def make_leg(
         return segment if segment.ndim else jnp.zeros(geometry.d).at[0].set(segment)
 
     def vector(value, size):
-        return jnp.zeros(size) if value is None else jnp.asarray(value, float)
+        return jnp.zeros(size) if value is None else jnp.asarray(value, float).reshape(size)
 
     return Leg(
         base_position=jnp.asarray(base_position, float),

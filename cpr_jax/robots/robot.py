@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, Float
 
-from ..geometry import SPACE, AbstractGeometry
+from ..geometry import SPACE, AbstractGeometry, Numbers
 from .leg import Leg
 
 
@@ -84,10 +84,10 @@ def make_robot(
     legs: Sequence[Leg],
     *,
     oriented: bool,
-    f_P: ArrayLike | None = None,
-    m_P: ArrayLike | None = None,
-    transmission: ArrayLike | None = None,
-    home: tuple[ArrayLike, ArrayLike] | None = None,
+    f_P: Numbers | None = None,
+    m_P: Numbers | None = None,
+    transmission: Numbers | None = None,
+    home: tuple[Numbers, Numbers] | None = None,
     uncertainty: dict[str, float] | None = None,
     name: str = "robot",
 ) -> Robot:
@@ -110,7 +110,7 @@ def make_robot(
         legs=stacked,
         oriented=oriented,
         f_P=vector(f_P, geometry.d),
-        m_P=vector(m_P, geometry.r),
+        m_P=jnp.atleast_1d(vector(m_P, geometry.r)),
         transmission=jnp.eye(len(legs)) if transmission is None else jnp.asarray(transmission),
         home=home,
         uncertainty={k: jnp.asarray(v, float) for k, v in (uncertainty or {}).items()},

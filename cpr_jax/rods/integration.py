@@ -199,9 +199,9 @@ def _with_tangents(function, shapes, flags):
                 *(next(moving) if flag else leaf for leaf, flag in zip(leaves, flags, strict=True))
             )
 
-        return jax.vmap(
-            lambda *tangents: jax.jvp(partial, chosen, tangents), out_axes=(None, 0)
-        )(*_seeds(chosen, [s for s, flag in zip(shapes, flags, strict=True) if flag]))
+        return jax.vmap(lambda *tangents: jax.jvp(partial, chosen, tangents), out_axes=(None, 0))(
+            *_seeds(chosen, [s for s, flag in zip(shapes, flags, strict=True) if flag])
+        )
 
     return both
 

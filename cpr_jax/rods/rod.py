@@ -2,9 +2,9 @@
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, Float
 
-from ..geometry import AbstractGeometry
+from ..geometry import AbstractGeometry, Numbers
 from .section import Material, Section
 
 
@@ -37,11 +37,11 @@ class Rod(eqx.Module):
 
 def kirchhoff_rod(
     geometry: AbstractGeometry,
-    length: ArrayLike,
-    k_b: ArrayLike,
-    precurvature: ArrayLike = 0.0,
-    force: ArrayLike | None = None,
-    moment: ArrayLike | None = None,
+    length: Numbers,
+    k_b: Numbers,
+    precurvature: Numbers = 0.0,
+    force: Numbers | None = None,
+    moment: Numbers | None = None,
 ) -> Rod:
     """An inextensible, unshearable rod from its stiffnesses.
 
@@ -60,18 +60,18 @@ def kirchhoff_rod(
         curvature_compliance=1.0 / jnp.broadcast_to(jnp.asarray(k_b, float), (geometry.r,)),
         precurvature=precurvature,
         force=None if force is None else jnp.asarray(force, float),
-        moment=None if moment is None else jnp.asarray(moment, float),
+        moment=None if moment is None else jnp.atleast_1d(jnp.asarray(moment, float)),
     )
 
 
 def section_rod(
     geometry: AbstractGeometry,
-    length: ArrayLike,
+    length: Numbers,
     section: Section,
     material: Material,
-    precurvature: ArrayLike = 0.0,
+    precurvature: Numbers = 0.0,
     extensible: bool = False,
-    gravity: ArrayLike | None = None,
+    gravity: Numbers | None = None,
 ) -> Rod:
     """A rod made from a section and a material.
 

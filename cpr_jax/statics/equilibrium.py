@@ -6,9 +6,10 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, ArrayLike, Float, Int
+from jaxtyping import Array, Float, Int
 
 from ..errors import InputError
+from ..geometry import Numbers
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from .guess import assemble, detours, move, search
@@ -60,7 +61,7 @@ class Equilibrium(eqx.Module):
 
 def solve_inverse(
     robot: Robot,
-    point: ArrayLike,
+    point: Numbers,
     *,
     guess: Equilibrium | None = None,
     steps: int = DEFAULT_STEPS,
@@ -92,7 +93,7 @@ def solve_inverse(
 
 def solve_forward(
     robot: Robot,
-    q_a: ArrayLike,
+    q_a: Numbers,
     *,
     guess: Equilibrium | None = None,
     steps: int = DEFAULT_STEPS,
@@ -183,7 +184,9 @@ def _checked(name: str, value: Any, size: int, robot: Robot) -> Array:
     try:
         array = jnp.asarray(value)
     except (TypeError, ValueError) as error:
-        raise InputError(f"Argument `{name}` must be {size} numbers, but it is {value!r}.") from error
+        raise InputError(
+            f"Argument `{name}` must be {size} numbers, but it is {value!r}."
+        ) from error
     if array.dtype == jnp.float32:
         raise InputError(f"Argument `{name}` must be float64, but it is float32.")
     if array.shape != (size,) or not (

@@ -57,9 +57,7 @@ def _open_robot(robot: Robot, rough: Float[Array, " n_q"], steps: int):
     return start, residual(robot, unravel(robot, start), steps)
 
 
-def assemble(
-    robot: Robot, rough: Float[Array, " n_q"], steps: int = DEFAULT_STEPS
-) -> Track:
+def assemble(robot: Robot, rough: Float[Array, " n_q"], steps: int = DEFAULT_STEPS) -> Track:
     """Assembles a robot whose motors are held at a rough configuration `(q_a, q_p)`.
 
     With its joints cut, the rods at rest are an exact solution of the rod equations. The gaps at

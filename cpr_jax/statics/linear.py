@@ -14,8 +14,10 @@ def _eliminate(lift, matrix, right):
     lanes = matrix.shape[2:] or right.shape[2:]
     table = jnp.concatenate(
         [
-            jnp.broadcast_to(part.reshape(*part.shape, *(1,) * (2 + len(lanes) - part.ndim)),
-                             (*part.shape[:2], *lanes))
+            jnp.broadcast_to(
+                part.reshape(*part.shape, *(1,) * (2 + len(lanes) - part.ndim)),
+                (*part.shape[:2], *lanes),
+            )
             for part in (matrix, right)
         ],
         axis=1,

@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 from ..robots.robot import Robot
 from ..rods.equations import RodState, strain_energy_density, strains
 from ..rods.integration import rod_energy
-from .residual import leg_base, residual, to_world
+from .residual import leg_base, residual
 from .unknowns import unknown_scales, unravel
 
 
@@ -35,9 +35,7 @@ class Measures(eqx.Module):
     energy: Float[Array, ""]
 
 
-def measure(
-    robot: Robot, y: Float[Array, " n_y"], steps: int
-) -> tuple[Measures, Float[Array, ""]]:
+def measure(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[Measures, Float[Array, ""]]:
     """The measures at the unknowns `y` of an equilibrium, and the largest entry of `R₀` there."""
     robot = jax.lax.stop_gradient(robot)
     units = unknown_scales(robot)
@@ -80,7 +78,9 @@ def motor_torques(robot: Robot, y: Float[Array, " n_y"]) -> Float[Array, " n_a"]
         mounted = geometry.exp(leg.base_rotation)
         arm = base.position - base.motor
         moment = mu[d:] + jnp.stack(geometry.cross(arm, mu[:d]))
-        wrench = jnp.stack([*geometry.unrotate(mounted, mu[:d]), *geometry.to_local(mounted, moment)])
+        wrench = jnp.stack(
+            [*geometry.unrotate(mounted, mu[:d]), *geometry.to_local(mounted, moment)]
+        )
         torque = -leg.screw @ wrench
         if leg.feed is not None:
             local = RodState((0.0,) * d, geometry.identity, base.force, base.moment)

@@ -8,8 +8,8 @@ import jax.numpy as jnp
 import optimistix as optx
 from jaxtyping import Array, Float, Int
 
-from ..rods.integration import DEFAULT_STEPS
 from ..robots.robot import Robot
+from ..rods.integration import DEFAULT_STEPS
 from .newton import LaneAdjoint, LaneNewton
 from .residual import residual
 from .status import Status

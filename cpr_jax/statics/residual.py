@@ -121,9 +121,9 @@ def residual(
     moment at the pivot, `m(l_i) - R_i(l_i) b_i × n(l_i)`, for the legs of (15).
     """
     q = robot.transmission @ state.q_a
-    rows, wrenches = jax.vmap(
-        lambda leg, q, mu: _leg_rows(robot, steps, leg, q, state.q_p, mu)
-    )(robot.legs, q, state.mu)
+    rows, wrenches = jax.vmap(lambda leg, q, mu: _leg_rows(robot, steps, leg, q, state.q_p, mu))(
+        robot.legs, q, state.mu
+    )
     load = jnp.concatenate([robot.f_P, robot.m_P])
     balance = (load - jnp.sum(wrenches, axis=0)) / scales(robot).wrench(robot)
     return jnp.concatenate([balance[: robot.n_p], rows.reshape(-1)])

@@ -176,7 +176,9 @@ def _option(kind, name: str, value):
         return kind(value)
     except ValueError:
         names = ", ".join(repr(member.value) for member in kind)
-        raise InputError(f"Argument `{name}` must be one of {names}, but it is {value!r}.") from None
+        raise InputError(
+            f"Argument `{name}` must be one of {names}, but it is {value!r}."
+        ) from None
 
 
 class _Study(eqx.Module):

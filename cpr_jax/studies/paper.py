@@ -17,7 +17,7 @@ POINTS = {
     "A": (0.0, 0.25),
     "B": (0.06, 0.18),
     "C": (0.11, 0.10),
-    "D": (0.05, 0.04),
+    "D": (0.05, 0.045),
 }
 """End-effector positions in m. The paper shows its points in Figure 2 without coordinates; D is
 in the zone of high sensitivity beside the T2 line."""

@@ -65,7 +65,11 @@ def samples_dataset(
                 ("point", "axis", "parameter"),
                 stack(lambda s: s.sensitivity.Pi(s.ellipsoid.labels)),
             ),
-            "semi_axes": (("point", "rank"), stack(lambda s: s.ellipsoid.semi_axes), {"units": "m"}),
+            "semi_axes": (
+                ("point", "rank"),
+                stack(lambda s: s.ellipsoid.semi_axes),
+                {"units": "m"},
+            ),
             "directions": (("point", "rank", "axis"), stack(lambda s: s.ellipsoid.directions)),
             "coverage": (("point",), stack(lambda s: s.coverage)),
             "coverage_interval": (("point", "bound"), stack(lambda s: s.coverage_interval)),
@@ -114,9 +118,7 @@ def save_dataset(dataset: xr.Dataset, path: str | os.PathLike) -> None:
         for name, variable in dataset.data_vars.items()
         if variable.ndim and variable.dtype.kind in "fi"
     }
-    write_atomically(
-        path, lambda file: dataset.to_netcdf(file, engine="h5netcdf", encoding=packed)
-    )
+    write_atomically(path, lambda file: dataset.to_netcdf(file, engine="h5netcdf", encoding=packed))
 
 
 def plain(value: object) -> object:

@@ -1,0 +1,54 @@
+"""Robots of one structure, so that one compiled solve serves all planar tests."""
+
+import dataclasses
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from cpr_jax.robots.catalogue import rfrfr
+from cpr_jax.robots.robot import Home
+from tests.oracles.planar_shooting import PlanarRobot
+
+LANES = 300
+"""Length of every batch."""
+
+
+def like_rfrfr(robot):
+    """A planar robot of two legs with the labels of the paper's, which decide on recompiling."""
+    paper = rfrfr()
+    return dataclasses.replace(robot, name=paper.name, uncertainty=paper.uncertainty)
+
+
+def from_oracle(oracle: PlanarRobot):
+    """The package's robot with the numbers of the oracle's, without distributed load."""
+    robot = rfrfr(d=oracle.d, f_P=oracle.f_P, printed_moment_row=oracle.printed)
+    segments = np.zeros((2, 2, 2))
+    segments[0, :, 0], segments[1, :, 0] = oracle.a, oracle.b
+    return eqx.tree_at(
+        lambda r: (
+            r.legs.a,
+            r.legs.b,
+            r.legs.rod.length,
+            r.legs.rod.curvature_compliance,
+            r.legs.rod.precurvature,
+        ),
+        robot,
+        (
+            jnp.asarray(segments[0]),
+            jnp.asarray(segments[1]),
+            jnp.asarray(oracle.l),
+            1.0 / jnp.asarray(oracle.k_b)[:, None],
+            jnp.asarray(oracle.curvature)[:, None],
+        ),
+    )
+
+
+def with_stiffness(robot, k_b):
+    """The robot with other bending stiffnesses, one a leg."""
+    return eqx.tree_at(lambda r: r.legs.rod.curvature_compliance, robot, 1.0 / k_b[:, None])
+
+
+def home_at(robot, q_a, q_p):
+    """The robot with another home."""
+    return dataclasses.replace(robot, home=Home(jnp.asarray(q_a, float), jnp.asarray(q_p, float)))
