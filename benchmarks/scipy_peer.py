@@ -1,14 +1,14 @@
 """The paper's robot as one would write it with scipy: plain shooting, sample by sample.
 
 The rods are (14) in the angle θ, integrated by `solve_ivp` with DOP853; the residual is (15) with
-the moment at the pivot; `scipy.optimize.root` with `hybr` solves it. What saves scipy time is
-done: unknowns and rows are scaled, the held motors are no unknowns, the right-hand side is made
-of Python floats, the constant internal force is not integrated, and each sample starts at the
-tangent prediction from the nominal solution.
+the moment at the pivot; `scipy.optimize.root` with `hybr` solves it, unknowns and rows scaled.
+Each sample starts at the tangent prediction from the nominal solution. There are two of them:
+`PRINTED` follows (14) and (15) to the letter, `LEAN` saves scipy what can be saved.
 """
 
-import dataclasses
 import math
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -23,30 +23,30 @@ F_P = np.array([0.0, 1.0])
 RHO = np.array([0.0183, -1.0, 0.0183, 1.0])
 """Nominal (k_b1, r_c1, k_b2, r_c2), N·m² and m."""
 
+REFERENCE = 1e-13
+"""Tolerance of the solutions that errors are measured against."""
+
 _FORCE = 0.0183 / LENGTH**2
-_UNITS = np.array([LENGTH, LENGTH, *[_FORCE, _FORCE, _FORCE * LENGTH] * 2])
+_WRENCH = [_FORCE, _FORCE, _FORCE * LENGTH]
+_UNITS = np.array([1.0, 1.0, LENGTH, LENGTH, *_WRENCH, *_WRENCH])
 _ROWS = np.array([_FORCE, _FORCE, *[_FORCE * LENGTH] * 2, *[LENGTH] * 4])
 
 
-@dataclasses.dataclass(frozen=True)
-class Tolerance:
-    """How exactly scipy works.
+def printed_leg(q: float, motor: float, mu, k_b: float, r_c: float, tolerance: float):
+    """Pivot of a leg, m, and the moment there, N·m; the state is the `(ξ, μ)` of (14)."""
 
-    **Attributes:**
+    def field(s, x):
+        c, sine = np.cos(x[2]), np.sin(x[2])
+        return np.array([c, sine, x[5] / k_b + 1.0 / r_c, 0.0, 0.0, x[3] * sine - x[4] * c])
 
-    - `rtol`: relative tolerance of `solve_ivp`; the absolute one is a hundredth of it.
-    - `xtol`: relative tolerance of `root`.
-    """
-
-    rtol: float
-    xtol: float
-
-
-REFERENCE = Tolerance(1e-13, 1e-13)
+    start = [motor + BEFORE * np.cos(q), BEFORE * np.sin(q), q, *mu]
+    y, z, angle, n_y, n_z, m = _tip(field, start, tolerance)
+    b_y, b_z = AFTER * np.cos(angle), AFTER * np.sin(angle)
+    return (y + b_y, z + b_z), m - (b_y * n_z - b_z * n_y)
 
 
-def leg(q: float, motor: float, mu, k_b: float, r_c: float, tolerance: Tolerance):
-    """Pivot of a leg, m, and the moment there, N·m, from the base wrench `(n_y, n_z, m)`."""
+def lean_leg(q: float, motor: float, mu, k_b: float, r_c: float, tolerance: float):
+    """As `printed_leg`, with Python floats and without integrating the constant force."""
     n_y, n_z, m = (float(c) for c in mu)
     compliance, rest = 1.0 / float(k_b), 1.0 / float(r_c)
 
@@ -55,54 +55,74 @@ def leg(q: float, motor: float, mu, k_b: float, r_c: float, tolerance: Tolerance
         return [c, sine, compliance * x[3] + rest, n_y * sine - n_z * c]
 
     start = [motor + BEFORE * math.cos(q), BEFORE * math.sin(q), q, m]
-    tip = solve_ivp(
-        field,
-        (0.0, LENGTH),
-        start,
-        method="DOP853",
-        rtol=tolerance.rtol,
-        atol=0.01 * tolerance.rtol,
-    ).y[:, -1]
-    b_y, b_z = AFTER * math.cos(tip[2]), AFTER * math.sin(tip[2])
-    return (tip[0] + b_y, tip[1] + b_z), tip[3] - (b_y * n_z - b_z * n_y)
+    y, z, angle, m = _tip(field, start, tolerance)
+    b_y, b_z = AFTER * math.cos(angle), AFTER * math.sin(angle)
+    return (y + b_y, z + b_z), m - (b_y * n_z - b_z * n_y)
 
 
-def residual(unknowns: np.ndarray, q, rho, tolerance: Tolerance) -> np.ndarray:
-    """The rows of (15) without the imposed one at `(p_P, μ_1, μ_2)`, all dimensionless."""
-    x = unknowns * _UNITS
-    end, first, second = x[:2], x[2:5], x[5:]
-    pivot_1, moment_1 = leg(q[0], -0.5 * DISTANCE, first, rho[0], rho[1], tolerance)
-    pivot_2, moment_2 = leg(q[1], 0.5 * DISTANCE, second, rho[2], rho[3], tolerance)
+def _tip(field, start, tolerance):
+    options = {"method": "DOP853", "rtol": tolerance, "atol": 0.01 * tolerance}
+    return solve_ivp(field, (0.0, LENGTH), start, **options).y[:, -1]
+
+
+class Peer(NamedTuple):
+    """One way to write it.
+
+    **Attributes:**
+
+    - `name`: for tables.
+    - `leg`: as `printed_leg`.
+    - `held`: leading entries of `y = (q_a, p_P, μ)` that are no unknowns: the held motors, or
+        none, where rows `q_a - q_a^d` hold them.
+    """
+
+    name: str
+    leg: Callable
+    held: int
+
+
+PRINTED = Peer("scipy, as printed", printed_leg, held=0)
+LEAN = Peer("scipy, lean", lean_leg, held=2)
+
+
+def residual(peer: Peer, y: np.ndarray, q: np.ndarray, rho, tolerance: float) -> np.ndarray:
+    """(15) at `y` in SI units, its rows dimensionless, the imposed ones last."""
+    end, first, second = y[2:4], y[4:7], y[7:]
+    pivot_1, moment_1 = peer.leg(y[0], -0.5 * DISTANCE, first, rho[0], rho[1], tolerance)
+    pivot_2, moment_2 = peer.leg(y[1], 0.5 * DISTANCE, second, rho[2], rho[3], tolerance)
     rows = [F_P - first[:2] - second[:2], (moment_1, moment_2), end - pivot_1, end - pivot_2]
-    return np.concatenate(rows) / _ROWS
+    return np.concatenate([np.concatenate(rows) / _ROWS, (y[:2] - q)[peer.held :]])
 
 
-def solve(q, rho, guess: np.ndarray, tolerance: Tolerance) -> np.ndarray:
-    """`(p_P, μ_1, μ_2)` in SI units with the motors held at `q`."""
-    found = root(
-        residual,
-        guess / _UNITS,
-        args=(q, rho, tolerance),
-        method="hybr",
-        options={"xtol": tolerance.xtol, "eps": tolerance.rtol},
-    )
-    if np.max(np.abs(found.fun)) > 1e-6:
+def solve(peer: Peer, rho, guess: np.ndarray, tolerance: float) -> np.ndarray:
+    """`y` with the motors held where `guess` has them."""
+    q, held = guess[:2], peer.held
+
+    def equations(scaled):
+        y = np.concatenate([q[:held], scaled * _UNITS[held:]])
+        return residual(peer, y, q, rho, tolerance)
+
+    # Differences of the integration are no better than its tolerance.
+    options = {"xtol": tolerance, "eps": tolerance}
+    found = root(equations, (guess / _UNITS)[held:], method="hybr", options=options)
+    if np.max(np.abs(found.fun)) > 1e-4:
         raise RuntimeError(f"scipy found no equilibrium: {found.message}")
-    return found.x * _UNITS
+    return np.concatenate([q[:held], found.x * _UNITS[held:]])
 
 
-def tangent(q, nominal: np.ndarray) -> np.ndarray:
-    """`∂(p_P, μ)/∂ρ` by central differences of solutions, for the prediction (12)."""
+def tangent(nominal: np.ndarray) -> np.ndarray:
+    """`∂y/∂ρ` by central differences of solutions, for the prediction (12)."""
     columns = []
     for j, value in enumerate(RHO):
         step = np.zeros(RHO.size)
         step[j] = 1e-4 * value
-        ends = [solve(q, RHO + sign * step, nominal, REFERENCE) for sign in (1.0, -1.0)]
-        columns.append((ends[0] - ends[1]) / (2.0 * step[j]))
+        plus, minus = (solve(LEAN, RHO + s * step, nominal, REFERENCE) for s in (1.0, -1.0))
+        columns.append((plus - minus) / (2.0 * step[j]))
     return np.stack(columns, axis=1)
 
 
-def solve_samples(q, nominal, slope, samples, tolerance: Tolerance) -> np.ndarray:
+def solve_samples(peer: Peer, nominal, slope, samples, tolerance: float) -> np.ndarray:
     """`p_P` of each sample of ρ, m, from the tangent prediction; shape `(samples, 2)`."""
-    ends = [solve(q, rho, nominal + slope @ (rho - RHO), tolerance)[:2] for rho in samples]
-    return np.array(ends)
+    starts = [nominal + slope @ (rho - RHO) for rho in samples]
+    ends = [solve(peer, rho, start, tolerance) for rho, start in zip(samples, starts, strict=True)]
+    return np.array(ends)[:, 2:4]

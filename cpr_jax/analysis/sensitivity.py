@@ -19,7 +19,6 @@ from ..statics.unknowns import (
     scales,
     unknown_labels,
     unknown_scales,
-    unknown_units,
     unravel,
 )
 from .parameters import Selection, ranges, select
@@ -44,7 +43,7 @@ class Sensitivity(eqx.Module):
     - `platform_stiffness`: `∂(Σ n_i)/∂p_P` with the motors held, and for a body the moments and
         rotations too, shape `(n_p, n_p)`, N/m, N, N·m. Symmetric; positive definite where the
         platform is stable.
-    - `rows`, `columns`: labels of y and ρ; `row_units`, `column_units` their units.
+    - `rows`, `columns`: labels of y and ρ; `column_units`: SI units of ρ.
     - `hold`: what was held.
     """
 
@@ -55,7 +54,6 @@ class Sensitivity(eqx.Module):
     rho: Float[Array, " n_rho"]
     platform_stiffness: Float[Array, "n_p n_p"]
     rows: tuple[str, ...] = eqx.field(static=True)
-    row_units: tuple[str, ...] = eqx.field(static=True)
     columns: tuple[str, ...] = eqx.field(static=True)
     column_units: tuple[str, ...] = eqx.field(static=True)
     hold: Hold = eqx.field(static=True)
@@ -142,7 +140,6 @@ def sensitivity(
         rho=selection.get(robot),
         platform_stiffness=stiffness,
         rows=unknown_labels(robot),
-        row_units=unknown_units(robot),
         columns=selection.labels,
         column_units=selection.units,
         hold=hold,

@@ -1,6 +1,4 @@
-"""Derivatives of equilibria: identities of mechanics, both modes, both orders, differences."""
-
-import dataclasses
+"""First derivatives of equilibria: differences of solves, identities of mechanics, both modes."""
 
 import equinox as eqx
 import jax
@@ -8,9 +6,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from cpr_jax.robots.catalogue import rfrfr
 from cpr_jax.statics.equilibrium import solve_forward, solve_inverse
-from cpr_jax.statics.problem import Problem, find_root, forward_rows, inverse_rows
-from tests.statics.common import with_stiffness
+from cpr_jax.statics.problem import Problem, find_root, forward_rows
 
 
 @pytest.fixture(scope="module")
@@ -115,28 +113,16 @@ def test_moving_and_turning_the_whole_robot(paper, off_axis, by_motors_held):
     )
 
 
-def test_compliance_of_the_platform_is_symmetric_with_the_pivot_s_moment(
-    paper, off_axis, by_motors_held, slopes
-):
-    """Dead loads are conservative; (15) as printed is not in equilibrium unless b = 0."""
+def test_compliance_of_the_platform_is_symmetric(off_axis, by_motors_held, slopes):
+    """Dead loads are conservative; with the moment row as (15) prints it, the legs are not."""
     compliance = np.asarray(by_motors_held[0].f_P[2:4])
-    np.testing.assert_allclose(compliance, compliance.T, rtol=1e-10)
+    np.testing.assert_allclose(compliance, compliance.T, atol=1e-11)
     assert np.all(np.linalg.eigvalsh(compliance) > 0.0)
-    printed = eqx.tree_at(lambda r: r.legs.joint.lever, paper, jnp.zeros(2))
+    printed = rfrfr(printed_moment_row=True)
     equilibrium = solve_inverse(printed, off_axis.q_p)
     by_robot, _ = slopes(printed, equilibrium.q_a, equilibrium)
     skewed = np.asarray(by_robot.f_P[2:4])
-    assert abs(skewed[0, 1] - skewed[1, 0]) > 0.01 * np.max(np.abs(skewed))
-
-
-@pytest.fixture(scope="module")
-def root_at(off_axis):
-    """`root_at(imposed, target)(robot)`: the root as a function of the robot alone."""
-
-    def with_target(imposed, target):
-        return lambda robot: find_root(Problem(robot, imposed, target), off_axis.y).y
-
-    return with_target
+    assert abs(skewed[0, 1] - skewed[1, 0]) > 1e-3 * np.max(np.abs(skewed))
 
 
 def test_reverse_mode_equals_forward_mode(paper, off_axis, by_motors_held):
@@ -151,64 +137,3 @@ def test_reverse_mode_equals_forward_mode(paper, off_axis, by_motors_held):
         np.testing.assert_allclose(
             leaf(reverse), forward, atol=1e-10 * scale(forward), err_msg=name
         )
-
-
-@pytest.fixture(scope="module")
-def scalar(paper, off_axis):
-    """Any combination of all unknowns with the platform held, in stiffnesses and curvatures."""
-    weights = jnp.asarray(np.random.default_rng(0).normal(size=paper.n_y))
-    target = jnp.concatenate([jnp.zeros(2), off_axis.q_p])
-
-    def value(rho):
-        robot = with_stiffness(paper, 0.01 * rho[:2])
-        robot = eqx.tree_at(lambda r: r.legs.rod.precurvature, robot, rho[2:, None])
-        return weights @ find_root(Problem(robot, inverse_rows(robot), target), off_axis.y).y
-
-    return value, jnp.array([1.83, 1.83, -1.0, 1.0])
-
-
-@pytest.fixture(scope="module")
-def gradient(scalar):
-    return jax.jit(jax.grad(scalar[0]))
-
-
-@pytest.fixture(scope="module")
-def forward_hessian(scalar):
-    value, rho = scalar
-    return np.asarray(jax.jit(jax.jacfwd(jax.jacfwd(value)))(rho))
-
-
-def test_second_derivatives_against_differences(scalar, gradient, forward_hessian):
-    _, rho = scalar
-    step = 1e-4
-    columns = [
-        (gradient(rho + step * unit) - gradient(rho - step * unit)) / (2.0 * step)
-        for unit in np.eye(4)
-    ]
-    expected = np.stack(columns, axis=1)
-    np.testing.assert_allclose(forward_hessian, expected, atol=1e-5 * scale(expected))
-    assert np.max(np.abs(expected)) > 0.1
-
-
-def test_second_derivatives_in_forward_and_in_reverse(scalar, forward_hessian):
-    value, rho = scalar
-    reverse = jax.jit(jax.jacrev(jax.grad(value)))(rho)
-    np.testing.assert_allclose(reverse, forward_hessian, atol=1e-10 * scale(forward_hessian))
-    np.testing.assert_allclose(forward_hessian, forward_hessian.T, atol=1e-9)
-
-
-def test_guess_and_number_of_iterations_do_not_change_a_derivative(paper, off_axis, gradient):
-    """The implicit derivative belongs to the root, not to the way to it."""
-    near = dataclasses.replace(off_axis, q_a=off_axis.q_a + 0.01)
-    assert np.max(np.abs(near.y - off_axis.y)) > 5e-3
-    target = jnp.concatenate([jnp.zeros(2), off_axis.q_p])
-
-    @jax.jit
-    def slope(guess):
-        def root(point):
-            goal = target.at[2:].set(point)
-            return find_root(Problem(paper, inverse_rows(paper), goal), guess).y
-
-        return jax.jacfwd(root)(off_axis.q_p)
-
-    np.testing.assert_allclose(slope(near.y), slope(off_axis.y), atol=1e-9)

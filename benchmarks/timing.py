@@ -1,0 +1,101 @@
+"""Clocks: compilation apart from running, and repeats that take turns."""
+
+import os
+import platform
+import statistics
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax
+
+from cpr_jax.studies.results import versions
+
+
+class Timing(NamedTuple):
+    """Medians of repeated calls, s.
+
+    **Attributes:**
+
+    - `wall`: by the clock on the wall.
+    - `cpu`: of all threads of the process.
+    """
+
+    wall: float
+    cpu: float
+
+
+class CompileClock:
+    """Time that JAX spends on tracing, lowering and compiling in a `with` block.
+
+    JAX reports each of these when it ends, and they nest: what counts is the union of their
+    intervals.
+    """
+
+    def __enter__(self) -> "CompileClock":
+        self.seconds = 0.0
+        self._intervals: list[tuple[float, float]] = []
+        jax.monitoring.register_event_duration_secs_listener(self._listen)
+        return self
+
+    def __exit__(self, *_) -> None:
+        jax.monitoring.unregister_event_duration_listener(self._listen)
+        covered = float("-inf")
+        for start, end in sorted(self._intervals):
+            self.seconds += max(0.0, end - max(start, covered))
+            covered = max(covered, end)
+
+    def _listen(self, event: str, duration: float, **_) -> None:
+        if event.startswith("/jax/core/compile/"):
+            now = time.perf_counter()
+            self._intervals.append((now - duration, now))
+
+
+class FirstCall(NamedTuple):
+    """A call that compiles.
+
+    **Attributes:**
+
+    - `compile`: tracing and compilation, s.
+    - `total`: the whole call, s.
+    """
+
+    compile: float
+    total: float
+
+
+def first_call(function: Callable[[], object]) -> FirstCall:
+    """Calls a function with nothing compiled before, in memory or on disk."""
+    jax.config.update("jax_enable_compilation_cache", False)
+    jax.clear_caches()
+    start = time.perf_counter()
+    with CompileClock() as clock:
+        jax.block_until_ready(function())
+    return FirstCall(clock.seconds, time.perf_counter() - start)
+
+
+def take_turns(functions: dict[str, Callable[[], object]], rounds: int) -> dict[str, Timing]:
+    """Times functions A B C A B C …, so that what else the machine does hits all of them."""
+    taken: dict[str, list[Timing]] = {name: [] for name in functions}
+    for _ in range(rounds):
+        for name, function in functions.items():
+            wall, cpu = time.perf_counter(), time.process_time()
+            jax.block_until_ready(function())
+            taken[name].append(Timing(time.perf_counter() - wall, time.process_time() - cpu))
+    return {
+        name: Timing(*(statistics.median(values) for values in zip(*times, strict=True)))
+        for name, times in taken.items()
+    }
+
+
+def environment() -> dict[str, object]:
+    """Where a run took place: cores, load average over 1, 5 and 15 minutes, versions."""
+    import scipy
+
+    load = os.getloadavg() if hasattr(os, "getloadavg") else ()
+    return {
+        "cores": os.cpu_count(),
+        "load": [round(value, 2) for value in load],
+        "machine": platform.machine(),
+        "versions": {"python": platform.python_version(), **versions(), "scipy": scipy.__version__},
+    }

@@ -1,0 +1,70 @@
+"""Ellipsoids: geometry, degenerate cases, derivatives."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import cpr_jax as cpr
+from cpr_jax.analysis.ellipsoid import LINEAR_COVERAGE
+
+
+def test_linear_image_of_the_parameter_ellipsoid(robot, equilibria):
+    """The farthest image of the ellipsoid (11) in any direction is on the boundary of (13)."""
+    result = cpr.sensitivity(robot, equilibria[0.06, 0.15])
+    ellipse = cpr.ellipsoid(result)
+    rng = np.random.default_rng(1)
+    sphere = rng.normal(size=(20000, 4))
+    sphere /= np.linalg.norm(sphere, axis=1, keepdims=True)
+    images = ellipse.center + (sphere * np.asarray(result.delta)) @ np.asarray(result.Pi_p).T
+    levels = np.asarray(ellipse.level(images))
+    assert np.all(levels <= 1.0 + 1e-9)
+    assert np.max(levels) > 0.99
+    np.testing.assert_allclose(ellipse.level(ellipse.boundary(50)), 1.0, rtol=1e-9)
+
+
+def test_axes_are_those_of_the_kernel(robot, equilibria):
+    ellipse = cpr.ellipsoid(cpr.sensitivity(robot, equilibria[0.06, 0.15]))
+    values, vectors = np.linalg.eigh(np.asarray(ellipse.kernel))
+    np.testing.assert_allclose(np.asarray(ellipse.semi_axes) ** 2, values[::-1], rtol=1e-9)
+    alignment = np.abs(np.asarray(ellipse.directions) @ vectors[:, ::-1])
+    np.testing.assert_allclose(alignment, np.eye(2), atol=1e-7)
+    assert ellipse.semi_axes[0] >= ellipse.semi_axes[1]
+
+
+def test_one_parameter_makes_a_flat_ellipse(robot, equilibria):
+    result = cpr.sensitivity(robot, equilibria[0.06, 0.15], ["k_b1"])
+    ellipse = cpr.ellipsoid(result)
+    np.testing.assert_allclose(ellipse.semi_axes[1], 0.0, atol=1e-12)
+    tip = ellipse.center + 0.5 * ellipse.semi_axes[0] * ellipse.directions[0]
+    aside = ellipse.center + 0.1 * ellipse.semi_axes[0] * ellipse.directions[1]
+    assert bool(ellipse.contains(tip))
+    assert not bool(ellipse.contains(aside))
+
+
+def test_nan_is_not_inside(robot, equilibria):
+    ellipse = cpr.ellipsoid(cpr.sensitivity(robot, equilibria[0.06, 0.15]))
+    assert not bool(ellipse.contains(jnp.full(2, jnp.nan)))
+
+
+def test_linear_coverage_is_the_chi_square_value():
+    from scipy.stats import chi2
+
+    assert LINEAR_COVERAGE == pytest.approx(chi2(2).cdf(9.0), abs=1e-15)
+
+
+def test_design_gradient_of_the_longer_axis(robot, equilibria):
+    """Gradient through solve, sensitivity and ellipse, against differences of the whole chain."""
+    nominal = equilibria[0.06, 0.15]
+
+    @jax.jit
+    def axis(length):
+        varied = cpr.rfrfr(l=length)
+        equilibrium = cpr.solve_inverse(varied, (0.06, 0.15), guess=nominal, throw=False)
+        return cpr.ellipsoid(cpr.sensitivity(varied, equilibrium)).semi_axes[0]
+
+    h = 1e-4
+    slope = (axis(0.25 + h) - axis(0.25 - h)) / (2 * h)
+    forward = jax.jacfwd(axis)(0.25)
+    np.testing.assert_allclose(forward, slope, rtol=1e-4)
+    np.testing.assert_allclose(jax.grad(axis)(0.25), forward, rtol=1e-9)

@@ -1,0 +1,50 @@
+"""Π_i(s) against the variational equations (8), written out and integrated by scipy."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import cpr_jax as cpr
+
+
+def variational(k_b, r_c, q, start, mu, s):
+    """(8) for (14): analytic ∂f/∂x and ∂f/∂ρ, Π(0) = 0; x = (p_y, p_z, θ, n_y, n_z, m)."""
+
+    def rates(_, z):
+        x, Pi = z[:6], z[6:].reshape(6, 2)
+        c, sn = np.cos(x[2]), np.sin(x[2])
+        n_y, n_z, m = x[3:]
+        f = [c, sn, m / k_b + 1 / r_c, 0, 0, n_y * sn - n_z * c]
+        A = np.zeros((6, 6))
+        A[0, 2], A[1, 2], A[2, 5] = -sn, c, 1 / k_b
+        A[5, 2], A[5, 3], A[5, 4] = n_y * c + n_z * sn, sn, -c
+        B = np.zeros((6, 2))
+        B[2] = -m / k_b**2, -1 / r_c**2
+        return np.concatenate([f, (A @ Pi + B).ravel()])
+
+    initial = np.concatenate([start, [q], mu, np.zeros(12)])
+    solution = solve_ivp(
+        rates, (0, s[-1]), initial, t_eval=s, method="DOP853", rtol=1e-12, atol=1e-13
+    )
+    return solution.y[6:].T.reshape(-1, 6, 2)
+
+
+@pytest.mark.parametrize("leg", [1, 2])
+def test_along_the_leg(robot, equilibria, leg):
+    nominal = equilibria[0.06, 0.15]
+    result = cpr.leg_sensitivity(robot, nominal, leg, points=9)
+    q = float(nominal.q_a[leg - 1])
+    start = [(-0.1, 0.1)[leg - 1] + 0.045 * np.cos(q), 0.045 * np.sin(q)]
+    expected = variational(
+        0.0183, (-1.0, 1.0)[leg - 1], q, start, np.asarray(nominal.mu[leg - 1]), result.s
+    )
+    assert result.columns == (f"k_b{leg}", f"r_c{leg}")
+    assert result.rows == ("p_y", "p_z", "theta_x", "n_y", "n_z", "m_x")
+    np.testing.assert_array_equal(result.Pi[0], 0.0)
+    scale = np.max(np.abs(expected), axis=(0, 1))
+    np.testing.assert_allclose(result.Pi / scale, expected / scale, atol=1e-7)
+
+
+def test_leg_must_exist(robot, equilibria):
+    with pytest.raises(ValueError, match="`leg` must be between 1 and 2"):
+        cpr.leg_sensitivity(robot, equilibria[0.0, 0.2], 3)
