@@ -168,6 +168,7 @@ def _equilibrium(request: Request, as_json: bool) -> tuple[Robot, Equilibrium]:
     if request.point is not None:
         equilibrium = solve_inverse(robot, request.point, throw=False)
     else:
+        assert request.motors is not None
         equilibrium = solve_forward(robot, request.motors, throw=False)
     status = Status(int(equilibrium.status))
     if status is not Status.SOLVED:

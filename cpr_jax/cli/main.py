@@ -70,7 +70,7 @@ def _run(arguments) -> int:
 
 def _protect_negatives(argv: Sequence[str]) -> list[str]:
     """argparse takes `-50mm` for an option, unless there is a blank in it."""
-    return [f" {word}" if re.match(r"-\.?\d", word) else word for word in argv]
+    return [f" {word}" if re.match(r"-(\.?\d|inf)", word) else word for word in argv]
 
 
 def _complain(message: str) -> None:

@@ -8,7 +8,7 @@ from jaxtyping import Array, ArrayLike, Float
 
 # Vectors are tuples of scalars here: under `vmap` each component then is one contiguous
 # row with the samples last in memory, and no stage of the integration pays for stacking.
-Components: TypeAlias = Sequence[Float[Array, ""]]
+Components: TypeAlias = Float[Array, " k"] | Sequence[Float[Array, ""] | float]
 
 Numbers: TypeAlias = ArrayLike | Sequence[ArrayLike]
 """What users may give for an array."""

@@ -96,7 +96,7 @@ class Space(AbstractGeometry):
 
 def _squared(vector: Components) -> Float[Array, ""]:
     x, y, z = vector
-    return x * x + y * y + z * z
+    return jnp.asarray(x * x + y * y + z * z)
 
 
 SPACE = Space()

@@ -76,7 +76,7 @@ def figure_1(robot: Robot, equilibrium: Equilibrium) -> Figure:
         middle = rods[i, len(rods[i]) // 2]
         ax.annotate(
             rf"$l_{i + 1},\ k_{{b{i + 1}}},\ r_{{c{i + 1}}}$",
-            middle,
+            tuple(middle),
             xytext=(9 * side, 2),
             textcoords="offset points",
             ha="left" if side > 0 else "right",
@@ -95,7 +95,7 @@ def figure_1(robot: Robot, equilibrium: Equilibrium) -> Figure:
     _arrow(ax, end, end + np.array([0.0, 45.0]), r"$\mathbf{f}_P$", (6, 0), VERMILION)
     ax.annotate(
         r"$\mathbf{p}_P$",
-        end,
+        tuple(end),
         xytext=(0, -17),
         textcoords="offset points",
         ha="center",
@@ -131,7 +131,7 @@ def figure_2(study: CaseStudy) -> Figure:
         overview.fill(*rim.T, fc=ORANGE, ec=VERMILION, lw=0.9, zorder=7)
         overview.plot(*point, ".", ms=2.5, color=BLACK, zorder=8)
         overview.annotate(
-            name, point, xytext=(7, 7), textcoords="offset points", weight="bold", zorder=9
+            name, tuple(point), xytext=(7, 7), textcoords="offset points", weight="bold", zorder=9
         )
     overview.set_xlabel("y (mm)")
     overview.set_ylabel("z (mm)")
@@ -170,14 +170,15 @@ def _motor_angle(ax: Axes, motor, start, i: int, side: float) -> None:
     ax.plot(*arc.T, color=GREY, lw=0.8)
     ax.annotate("", arc[-1], arc[-4], arrowprops={"arrowstyle": "-|>", "lw": 0.8, "color": GREY})
     middle = motor + 1.75 * radius * np.array([np.cos(0.45 * angle), np.sin(0.45 * angle)])
-    ax.text(*middle, rf"$q_{{a{i + 1}}}$", ha="center", va="center")
+    ax.text(middle[0], middle[1], rf"$q_{{a{i + 1}}}$", ha="center", va="center")
 
 
 def _beside(ax: Axes, start, end, label: str, side) -> None:
     """A label beside a segment, on the side that a direction points to."""
     across = np.array([-(end - start)[1], (end - start)[0]]) / np.linalg.norm(end - start)
     across = across * np.sign(across @ np.array(side))
-    ax.text(*(0.5 * (start + end) + 14 * across), label, ha="center", va="center")
+    y, z = 0.5 * (start + end) + 14 * across
+    ax.text(y, z, label, ha="center", va="center")
 
 
 def _arrow(ax: Axes, start, end, label: str, shift, color: str) -> None:

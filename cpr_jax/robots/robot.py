@@ -103,8 +103,9 @@ def make_robot(
         return jnp.zeros(size) if value is None else jnp.asarray(value, float)
 
     stacked = _stack(legs)
+    known = None
     if home is not None:
-        home = Home(jnp.asarray(home[0], float), jnp.asarray(home[1], float))
+        known = Home(jnp.asarray(home[0], float), jnp.asarray(home[1], float))
     return Robot(
         geometry=geometry,
         legs=stacked,
@@ -112,7 +113,7 @@ def make_robot(
         f_P=vector(f_P, geometry.d),
         m_P=jnp.atleast_1d(vector(m_P, geometry.r)),
         transmission=jnp.eye(len(legs)) if transmission is None else jnp.asarray(transmission),
-        home=home,
+        home=known,
         uncertainty={k: jnp.asarray(v, float) for k, v in (uncertainty or {}).items()},
         name=name,
     )

@@ -1,6 +1,6 @@
 """The rod's differential equation: the only right-hand side, for the plane and for space."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from jaxtyping import Array, Float
 
@@ -12,13 +12,14 @@ class RodState(NamedTuple):
     """The state `x(s) = [g, n, m]` of a rod at arc length `s` (2).
 
     `force` and `moment` are what the material beyond `s` exerts on the material before `s`, in
-    the axes in which `position` and `rotation` are given.
+    the axes in which `position` and `rotation` are given. Each is a tuple of scalars inside an
+    integration and one array outside.
     """
 
-    position: Components
-    rotation: Components
-    force: Components
-    moment: Components
+    position: Any
+    rotation: Any
+    force: Any
+    moment: Any
 
 
 def strains(

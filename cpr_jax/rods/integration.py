@@ -2,6 +2,7 @@
 
 import enum
 import functools
+from typing import Any
 
 import diffrax
 import jax
@@ -107,7 +108,8 @@ def _solve(geometry, steps, readout, rod, force, moment):
     quadratures = (zero,) * (1 + geometry.d) if readout is Readout.ENERGY else ()
     if constant is not None:
         start = start._replace(force=())
-    y0, structure = jax.tree.flatten((start, quadratures))
+    y0 = jax.tree.leaves((start, quadratures))
+    structure: Any = jax.tree.structure((start, quadratures))
 
     def vector_field(t, y, args):
         state, quadratures = structure.unflatten(y)
@@ -194,9 +196,9 @@ def _with_tangents(function, shapes, flags):
         chosen = tuple(leaf for leaf, flag in zip(leaves, flags, strict=True) if flag)
 
         def partial(*moving):
-            moving = iter(moving)
+            supply = iter(moving)
             return function(
-                *(next(moving) if flag else leaf for leaf, flag in zip(leaves, flags, strict=True))
+                *(next(supply) if flag else leaf for leaf, flag in zip(leaves, flags, strict=True))
             )
 
         return jax.vmap(lambda *tangents: jax.jvp(partial, chosen, tangents), out_axes=(None, 0))(

@@ -170,7 +170,7 @@ def polish(robot, imposed, target, reached, branch, steps):
 
 
 def _checked(name: str, value: Any, size: int, robot: Robot) -> Array:
-    if not jax.config.jax_enable_x64:
+    if not jax.config.read("jax_enable_x64"):
         raise InputError(
             "Argument `robot` must hold float64 numbers, but JAX runs in float32: add "
             '`jax.config.update("jax_enable_x64", True)` before building the robot.'

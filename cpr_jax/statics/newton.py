@@ -26,27 +26,20 @@ class LaneNewton(optx.AbstractRootFinder):
 
     Each iteration evaluates the residual and its Jacobian once. A step that does not reduce the
     largest entry of the residual is halved; one that is longer than `max_step` is cut. Once the
-    residual is below `tolerance`, the Newton step at hand is added, which squares the error.
+    residual is below `atol`, the Newton step at hand is added, which squares the error.
 
     Written for batches: no lane raises, and every lane keeps its own damping.
 
     **Attributes:**
 
-    - `tolerance`: on the largest entry of the residual.
+    - `atol`: on the largest entry of the residual; `rtol` is not used, a root has no scale.
     - `max_step`: largest change of an unknown in one iteration.
     """
 
-    tolerance: float = 1e-9
+    rtol: float = 0.0
+    atol: float = 1e-9
     max_step: float = 1.0
     norm: Any = optx.max_norm
-
-    @property
-    def rtol(self) -> float:
-        return 0.0
-
-    @property
-    def atol(self) -> float:
-        return self.tolerance
 
     def init(self, fn, y, args, options, f_struct, aux_struct, tags):
         one = jnp.ones((), y.dtype)
@@ -72,7 +65,7 @@ class LaneNewton(optx.AbstractRootFinder):
 
         base = jnp.where(better, y, state.base)
         direction = jnp.where(better, direction, state.direction)
-        converged = better & (norm < self.tolerance)
+        converged = better & (norm < self.atol)
         cut = jnp.minimum(1.0, self.max_step / self.norm(direction))
         damping = jnp.where(better, jnp.minimum(1.0, 4.0 * state.damping), 0.5 * state.damping)
         factor = jnp.where(converged, 1.0, jnp.minimum(damping, cut))

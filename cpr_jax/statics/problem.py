@@ -103,7 +103,7 @@ def find_root(
     the last Newton step, an upper bound, and the caller is to look at the root itself.
     """
     units = unknown_scales(problem.robot)
-    solution = optx.root_find(
+    solution: optx.Solution = optx.root_find(
         lambda scaled, problem: full_residual(scaled, problem, steps),
         LaneNewton(max_step=max_step),
         jax.lax.stop_gradient(guess) / units,
@@ -114,11 +114,11 @@ def find_root(
     )
     scaled = solution.value
     left = solution.stats["norm"]
-    converged = solution.result == optx.RESULTS.successful
+    converged = jnp.asarray(solution.result == optx.RESULTS.successful)
     if verify:
         frozen, still = jax.lax.stop_gradient((scaled, problem))
         left = jnp.max(jnp.abs(full_residual(frozen, still, steps)))
-        converged &= left < TOLERANCE
+        converged = converged & (left < TOLERANCE)
     finite = jnp.isfinite(solution.stats["norm"])
     status = jnp.where(
         converged,

@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..geometry import AbstractGeometry
+from ..geometry import AbstractGeometry, Components
 from ..robots.leg import Leg
 from ..robots.robot import Robot
 from ..rods.equations import RodState
@@ -27,7 +27,7 @@ class LegBase(NamedTuple):
     """
 
     position: Float[Array, " d"]
-    rotation: tuple[Float[Array, ""], ...]
+    rotation: Components
     motor: Float[Array, " d"]
     rod: Rod
     force: Float[Array, " d"]
@@ -87,7 +87,9 @@ def _leg_rows(robot: Robot, steps: int, leg: Leg, q, q_p, mu):
     end = tip.position + b
     moment = tip.moment - jnp.stack(geometry.cross(b, tip.force))
 
-    orientation = geometry.exp(q_p[d:]) if robot.oriented else geometry.identity
+    orientation: Components = geometry.identity
+    if robot.oriented:
+        orientation = geometry.exp(q_p[d:])
     arm = jnp.stack(geometry.rotate(orientation, leg.attachment_position))
     frame = geometry.compose(orientation, geometry.exp(leg.attachment_rotation))
     gap = geometry.unrotate(frame, q_p[:d] + arm - end)

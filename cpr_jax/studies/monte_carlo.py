@@ -4,7 +4,7 @@ import enum
 import functools
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import equinox as eqx
 import jax
@@ -33,6 +33,8 @@ _RESCUED = 128
 """Doubtful samples that are followed at once."""
 
 _WORKERS = 2
+
+_Kind = TypeVar("_Kind", bound=enum.Enum)
 
 
 class Distribution(enum.Enum):
@@ -124,8 +126,8 @@ def monte_carlo(
         raise InputError(f"Argument `samples` must be a positive integer, but it is {samples!r}.")
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise InputError(f"Argument `seed` must be an integer from 0 on, but it is {seed!r}.")
-    distribution = _option(Distribution, "distribution", distribution)
-    prediction = _option(Prediction, "prediction", prediction)
+    drawn = _option(Distribution, "distribution", distribution)
+    predicted = _option(Prediction, "prediction", prediction)
     if int(equilibrium.status) != Status.SOLVED:
         raise InputError(
             "Argument `equilibrium` must be solved, but its status is "
@@ -136,7 +138,7 @@ def monte_carlo(
     nominal = sensitivity(robot, equilibrium, parameters, delta, steps=steps)
     ellipse = ellipsoid(nominal)
     study = _Study(robot, nominal.y, nominal.Pi_y, nominal.rho, half_ranges, ellipse)
-    options = _Options(selection, distribution, prediction, steps)
+    options = _Options(drawn, _Solving(selection, predicted, steps))
 
     tally = _Tally(robot.geometry.d)
     kept: list[_Chunk] = []
@@ -171,7 +173,7 @@ def monte_carlo(
     )
 
 
-def _option(kind, name: str, value):
+def _option(kind: type[_Kind], name: str, value: object) -> _Kind:
     try:
         return kind(value)
     except ValueError:
@@ -192,11 +194,15 @@ class _Study(eqx.Module):
     ellipse: Ellipsoid
 
 
-class _Options(NamedTuple):
+class _Solving(NamedTuple):
     selection: Selection
-    distribution: Distribution
     prediction: Prediction
     steps: int
+
+
+class _Options(NamedTuple):
+    distribution: Distribution
+    solving: _Solving
 
 
 class _Chunk(NamedTuple):
@@ -254,10 +260,10 @@ def _solved_chunks(
 
 
 def _solve_chunk(study: _Study, options: _Options, seed: int, start: int):
+    # As arrays: Python numbers would be compiled in.
+    draws = _draw_all(options.distribution, study.delta, jnp.asarray(seed), jnp.asarray(start))
     rho, y, status, doubtful = (
-        np.array(part)
-        # As arrays, not Python numbers: those would be compiled in.
-        for part in _predict_and_solve(study, options, jnp.asarray(seed), jnp.asarray(start))
+        np.array(part) for part in _predict_and_solve(study, options.solving, draws)
     )
     waiting = np.flatnonzero(doubtful)
     batches = [waiting[k : k + _RESCUED] for k in range(0, len(waiting), _RESCUED)]
@@ -266,7 +272,7 @@ def _solve_chunk(study: _Study, options: _Options, seed: int, start: int):
         # Padded with the nominal parameters, so that one program serves any number of lanes.
         targets = np.tile(np.asarray(study.rho), (_RESCUED, 1))
         targets[: len(lanes)] = rho[lanes]
-        followed, outcome = _follow_all(study, options, jnp.asarray(targets))
+        followed, outcome = _follow_all(study, options.solving, jnp.asarray(targets))
         y[lanes] = np.asarray(followed)[: len(lanes)]
         status[lanes] = np.asarray(outcome)[: len(lanes)]
 
@@ -286,31 +292,41 @@ def _contains(ellipse: Ellipsoid, q_p):
     return ellipse.contains(q_p[:, : ellipse.center.size])
 
 
-def _draw(options: _Options, key, size: int) -> Float[Array, " n_rho"]:
+@eqx.filter_jit
+def _draw_all(distribution: Distribution, delta, seed, start) -> Float[Array, "chunk n_rho"]:
+    """Random `Δρ` of a chunk; each sample has a key of its own, by its number."""
+    key = jax.random.key(seed)
+
+    def one(index):
+        return delta * _draw(distribution, jax.random.fold_in(key, index), delta.size)
+
+    return jax.vmap(one)(start + jnp.arange(CHUNK))
+
+
+def _draw(distribution: Distribution, key, size: int) -> Float[Array, " n_rho"]:
     """One random `Δρ / δ`."""
-    if options.distribution is Distribution.GAUSSIAN:
+    if distribution is Distribution.GAUSSIAN:
         return jax.random.normal(key, (size,)) / 3.0
-    if options.distribution is Distribution.BOX:
+    if distribution is Distribution.BOX:
         return jax.random.uniform(key, (size,), minval=-1.0, maxval=1.0)
     direction, radius = jax.random.split(key)
     vector = jax.random.normal(direction, (size,))
     return vector / jnp.linalg.norm(vector) * jax.random.uniform(radius) ** (1.0 / size)
 
 
-def _problem(study: _Study, options: _Options, rho) -> Problem:
-    robot = options.selection.set(study.robot, rho)
+def _problem(study: _Study, solving: _Solving, rho) -> Problem:
+    robot = solving.selection.set(study.robot, rho)
     target = study.y[: robot.n_a + robot.n_p]
     return Problem(robot, forward_rows(robot), target)
 
 
 @eqx.filter_jit
-def _predict_and_solve(study: _Study, options: _Options, seed, start):
+def _predict_and_solve(study: _Study, solving: _Solving, draws):
     units = unknown_scales(study.robot)
-    keys = jax.random.key(seed)
 
     def solution(rho):
-        problem = _problem(study, options, rho)
-        return find_root(problem, study.y, steps=options.steps)
+        problem = _problem(study, solving, rho)
+        return find_root(problem, study.y, steps=solving.steps)
 
     nominal_sign = solution(study.rho).sign
 
@@ -322,31 +338,30 @@ def _predict_and_solve(study: _Study, options: _Options, seed, start):
 
         return jax.jvp(first, (0.0,), (1.0,))[1]
 
-    def one(index):
-        step = study.delta * _draw(options, jax.random.fold_in(keys, index), study.delta.size)
+    def one(step):
         rho = study.rho + step
         shift = study.Pi_y @ step
-        if options.prediction is Prediction.SECOND_ORDER:
+        if solving.prediction is Prediction.SECOND_ORDER:
             shift = shift + 0.5 * along(step)
         guess = study.y + shift
-        root = find_root(_problem(study, options, rho), guess, steps=options.steps)
+        root = find_root(_problem(study, solving, rho), guess, steps=solving.steps)
         correction = jnp.max(jnp.abs((root.y - guess) / units))
         expected = 0.02 + 0.3 * jnp.max(jnp.abs(shift / units))
         sure = (root.status == Status.SOLVED) & (root.sign == nominal_sign)
         sure = sure & (correction <= expected)
         return rho, root.y, root.status, ~sure
 
-    return jax.vmap(one)(start + jnp.arange(CHUNK))
+    return jax.vmap(one)(draws)
 
 
 @eqx.filter_jit
-def _follow_all(study: _Study, options: _Options, targets):
+def _follow_all(study: _Study, solving: _Solving, targets):
     units = unknown_scales(study.robot)
 
     def equations(y, rho):
-        problem = _problem(study, options, rho)
+        problem = _problem(study, solving, rho)
         scaled = y * units / unknown_scales(problem.robot)
-        return full_residual(scaled, problem, options.steps)
+        return full_residual(scaled, problem, solving.steps)
 
     def one(rho):
         track = follow(equations, study.y / units, jnp.stack([study.rho, rho]))

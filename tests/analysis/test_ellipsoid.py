@@ -50,7 +50,7 @@ def test_nan_is_not_inside(robot, equilibria):
 def test_linear_coverage_is_the_chi_square_value():
     from scipy.stats import chi2
 
-    assert LINEAR_COVERAGE == pytest.approx(chi2(2).cdf(9.0), abs=1e-15)
+    assert pytest.approx(chi2(2).cdf(9.0), abs=1e-15) == LINEAR_COVERAGE
 
 
 def test_design_gradient_of_the_longer_axis(robot, equilibria):

@@ -38,9 +38,7 @@ def test_semi_axes_of_the_paper_robot(robot, equilibria):
 def test_all_kinds_of_parameters_against_differences(robot, equilibria, platform):
     selection, solve = platform
     nominal = equilibria[0.06, 0.15]
-    result = cpr.sensitivity(
-        robot, nominal, selection.labels, dict.fromkeys(selection.labels, 1.0)
-    )
+    result = cpr.sensitivity(robot, nominal, selection.labels, dict.fromkeys(selection.labels, 1.0))
     expected = differences(solve, np.asarray(selection.get(robot)), 1e-3)
     scale = np.max(np.abs(expected), axis=0)
     np.testing.assert_allclose(result.Pi_y / scale, expected / scale, atol=1e-6)
@@ -109,9 +107,7 @@ def test_stiffness_is_symmetric_with_the_pivot_row_only(robot, equilibria):
 def test_stiffness_is_the_force_that_moves_the_platform(robot, equilibria):
     nominal = equilibria[0.06, 0.15]
     result = cpr.sensitivity(robot, nominal, ["f_P_y", "f_P_z"], {"f_P_y": 1.0, "f_P_z": 1.0})
-    np.testing.assert_allclose(
-        result.Pi_p @ result.platform_stiffness, np.eye(2), atol=1e-8
-    )
+    np.testing.assert_allclose(result.Pi_p @ result.platform_stiffness, np.eye(2), atol=1e-8)
 
 
 def test_kernel_and_tube(robot, equilibria):

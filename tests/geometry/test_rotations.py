@@ -160,7 +160,9 @@ def test_derivative_of_log_exp_is_the_identity(geometry):
         return jnp.stack(geometry.log(geometry.exp(tuple(v))))
 
     slopes = slope(vectors_of_length(geometry, lengths, seed=5))
-    np.testing.assert_allclose(slopes, np.tile(np.eye(geometry.r), (len(lengths), 1, 1)), atol=1e-11)
+    np.testing.assert_allclose(
+        slopes, np.tile(np.eye(geometry.r), (len(lengths), 1, 1)), atol=1e-11
+    )
 
 
 def test_log_takes_the_short_way_round():
@@ -203,9 +205,7 @@ def test_the_plane_is_the_restriction_of_space():
             SPACE.cross((0.0, *arm), (0.0, *force))[0], PLANE.cross(arm, force)[0], atol=1e-15
         )
         twice = SPACE.log(SPACE.compose(spatial, spatial))[0]
-        np.testing.assert_allclose(
-            twice, PLANE.log(PLANE.compose(planar, planar))[0], atol=1e-14
-        )
+        np.testing.assert_allclose(twice, PLANE.log(PLANE.compose(planar, planar))[0], atol=1e-14)
 
 
 def test_geometries_serve_as_static_fields():

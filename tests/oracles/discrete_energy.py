@@ -92,7 +92,9 @@ def _expand(robot, angles, multiplier):
         jacobian = np.vstack([-s @ maps, c @ maps])
         end_slopes.append(jacobian)
         # The load on the platform hangs on leg 1.
-        pull = (multiplier if leg == 0 else -multiplier) - (np.array(robot.f_P) if leg == 0 else 0.0)
+        pull = (multiplier if leg == 0 else -multiplier) - (
+            np.array(robot.f_P) if leg == 0 else 0.0
+        )
         slopes.append(
             robot.k_b[leg] * h * difference.T @ strain
             - (np.array(robot.f_P) @ jacobian if leg == 0 else 0.0)

@@ -5,6 +5,8 @@ them all; batches have one length for the same reason.
 """
 
 import dataclasses
+import json
+import pathlib
 
 import jax
 import jax.numpy as jnp
@@ -13,6 +15,9 @@ import pytest
 from cpr_jax.robots.catalogue import rfrfr, rfrfr_straight
 from cpr_jax.statics.equilibrium import solve_forward, solve_inverse
 from tests.statics.common import like_rfrfr, with_stiffness
+
+REFERENCE = pathlib.Path(__file__).parents[1] / "reference_cases.json"
+
 
 @pytest.fixture(scope="session")
 def paper():
@@ -40,8 +45,16 @@ def pushed(straight):
 
 
 @pytest.fixture(scope="session")
+def published():
+    """The unknowns of the published equilibrium of the paper's robot, its point at (0, 200) mm."""
+    case = json.loads(REFERENCE.read_text())["rfrfr_paper"]["inverse"]
+    legs = [*case["n_1_base"], case["m_1_base"], *case["n_2_base"], case["m_2_base"]]
+    return jnp.array([*case["q_rad"], *case["point"], *legs])
+
+
+@pytest.fixture(scope="session")
 def batch(paper):
-    """`batch(k_b, points)`: inverse solves and the gradients of their first motor angle.
+    """`batch(k_b, points)`: inverse solves from home, and gradients of their first motor angle.
 
     Returns the equilibria, and the gradients in the stiffnesses and in the point.
     """

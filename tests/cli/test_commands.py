@@ -1,0 +1,104 @@
+"""Commands as users call them: one JSON object, exit codes, no traceback."""
+
+import json
+import pathlib
+
+import numpy as np
+import pytest
+
+from cpr_jax.cli import main
+
+CASES = json.loads((pathlib.Path(__file__).parents[1] / "reference_cases.json").read_text())
+EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
+
+
+@pytest.fixture(autouse=True)
+def no_user_cache(monkeypatch):
+    monkeypatch.setenv("CPR_JAX_CACHE", "")
+
+
+def run(capsys, *argv):
+    code = main(list(argv))
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def test_solve_inverse_is_the_reference_case(capsys):
+    code, out, err = run(capsys, "solve", "rfrfr", "--point", "0", "0.2", "--json")
+    assert (code, err) == (0, "")
+    answer = json.loads(out)
+    expected = CASES["rfrfr_paper"]["inverse"]
+    assert answer["status"] == "solved"
+    assert answer["residual"] < 1e-10
+    np.testing.assert_allclose(answer["q_a"], expected["q_rad"], rtol=1e-9)
+    np.testing.assert_allclose(answer["q_p"], expected["point"], atol=1e-10)
+    wrench = [*expected["n_1_base"], expected["m_1_base"]]
+    np.testing.assert_allclose(answer["base_wrenches"][0], wrench, rtol=1e-9)
+    assert len(answer["motor_torques"]) == 2
+
+
+def test_solve_forward_and_a_robot_file(capsys):
+    q_1, q_2 = CASES["rfrfr_paper"]["inverse"]["q_rad"]
+    file = str(EXAMPLES / "rfrfr.toml")
+    code, out, _ = run(capsys, "solve", file, "--motors", str(q_1), str(q_2), "--json")
+    assert code == 0
+    np.testing.assert_allclose(json.loads(out)["q_p"], (0.0, 0.2), atol=1e-9)
+
+
+def test_units_and_negative_quantities(capsys):
+    code, out, _ = run(capsys, "solve", "rfrfr", "--point", "-50mm", "150 mm", "--json")
+    assert code == 0
+    np.testing.assert_allclose(json.loads(out)["q_p"], (-0.05, 0.15), atol=1e-12)
+
+
+def test_sensitivity(capsys):
+    code, out, _ = run(capsys, "sensitivity", "rfrfr", "--point", "0", "0.2", "--json")
+    assert code == 0
+    answer = json.loads(out)
+    assert answer["parameters"] == ["k_b1", "r_c1", "k_b2", "r_c2"]
+    np.testing.assert_allclose(answer["semi_axes"], CASES["rfrfr_paper"]["semi_axes_m"], rtol=2e-9)
+    Pi, delta = np.array(answer["Pi_p"]), np.array(answer["delta"])
+    np.testing.assert_allclose((Pi * delta) @ (Pi * delta).T, answer["kernel"], rtol=1e-12, atol=0)
+    assert np.shape(answer["platform_stiffness"]) == np.shape(answer["directions"]) == (2, 2)
+
+
+def test_monte_carlo_with_a_file(capsys, tmp_path):
+    target = tmp_path / "samples.nc"
+    code, out, _ = run(
+        capsys, "monte-carlo", "rfrfr", "--point", "0", "0.2", "--samples", "2000", "--seed", "0",
+        "--out", str(target), "--json",
+    )  # fmt: skip
+    assert code == 0
+    answer = json.loads(out)
+    assert answer["samples"] == answer["solved"] == 2000
+    assert answer["lost"] == 0
+    low, high = answer["coverage_interval"]
+    assert low < answer["coverage"] < high
+    import xarray as xr
+
+    with xr.open_dataset(target, engine="h5netcdf") as dataset:
+        assert dataset.sizes["sample"] == 2000
+        assert list(dataset.parameter.values) == answer["parameters"]
+        assert float(dataset.inside.mean()) == answer["coverage"]
+
+
+def test_text_output_names_what_it_prints(capsys):
+    for command in ("solve", "sensitivity"):
+        code, out, _ = run(capsys, command, "rfrfr", "--point", "0", "0.2")
+        assert code == 0
+        assert "RFRFR" in out
+
+
+def test_unreachable_point_is_exit_code_3(capsys):
+    code, out, err = run(capsys, "solve", "rfrfr", "--point", "0", "2", "--json")
+    assert code == 3
+    assert json.loads(out)["status"] == "lost"
+    assert err.count("\n") == 1
+    assert "Traceback" not in err
+
+
+def test_robots(capsys):
+    code, out, _ = run(capsys, "robots", "--json")
+    assert code == 0
+    assert set(json.loads(out)) == {"rfrfr", "rfrfr-straight", "three-rfr"}
+    assert run(capsys, "robots")[1].count("motors") == 3

@@ -1,0 +1,127 @@
+"""Monte Carlo: counts, coverage, reproducibility, lanes without an equilibrium."""
+
+import numpy as np
+import pytest
+
+import cpr_jax as cpr
+from cpr_jax.analysis.ellipsoid import LINEAR_COVERAGE
+from cpr_jax.studies import monte_carlo as module
+from cpr_jax.studies.paper import POINTS
+
+from ..oracles import planar_shooting
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return cpr.rfrfr()
+
+
+@pytest.fixture(scope="module")
+def equilibria(robot):
+    return {name: cpr.solve_inverse(robot, point) for name, point in POINTS.items()}
+
+
+@pytest.fixture(scope="module")
+def studies(robot, equilibria):
+    return {name: cpr.monte_carlo(robot, e, 2000) for name, e in equilibria.items()}
+
+
+@pytest.mark.parametrize("name", ["A", "B", "C"])
+def test_every_sample_is_solved_and_most_are_inside(studies, name):
+    study = studies[name]
+    assert (study.solved, study.lost, study.failed) == (2000, 0, 0)
+    assert 0.97 < study.coverage < 0.99
+    assert study.coverage_interval[0] < study.coverage < study.coverage_interval[1]
+    assert study.coverage == np.mean(study.inside)
+
+
+def test_samples_solve_the_independent_model(robot, equilibria, studies):
+    """The platform of every 200th sample, against scipy's shooting from its own guess."""
+    study = studies["B"]
+    q_a = np.asarray(equilibria["B"].q_a)
+    start = np.asarray(equilibria["B"].y)
+    for k in range(0, 2000, 200):
+        k_1, r_1, k_2, r_2 = study.rho[k]
+        oracle = planar_shooting.PlanarRobot(k_b=(k_1, k_2), curvature=(1 / r_1, 1 / r_2))
+        y = planar_shooting.forward(oracle, q_a, start)
+        np.testing.assert_allclose(study.q_p[k], y[2:4], atol=1e-8)
+
+
+def test_lost_samples_are_counted_apart(studies):
+    study = studies["D"]
+    assert study.lost > 0
+    assert study.solved + study.lost + study.failed == study.samples == 2000
+    assert study.failed == 0
+    lost = study.status == cpr.Status.LOST
+    assert np.sum(lost) == study.lost
+    assert np.all(np.isnan(study.q_p[lost]))
+    assert not np.any(study.inside[lost])
+    assert study.coverage == np.sum(study.inside) / 2000
+
+
+def test_small_ranges_give_the_linear_coverage(robot, equilibria):
+    small = {label: float(value) / 100 for label, value in robot.uncertainty.items()}
+    study = cpr.monte_carlo(robot, equilibria["B"], 20_000, delta=small)
+    low, high = study.coverage_interval
+    assert low <= LINEAR_COVERAGE <= high
+    # The covariance of a linear image: K / 9.
+    np.testing.assert_allclose(
+        study.covariance, np.asarray(study.ellipsoid.kernel) / 9, rtol=0.05, atol=1e-12
+    )
+
+
+def test_samples_do_not_depend_on_how_many_there_are(robot, equilibria, studies):
+    more = cpr.monte_carlo(robot, equilibria["A"], 5000, keep=2000)
+    assert more.samples == more.solved == 5000
+    assert more.status.shape == (2000,)
+    np.testing.assert_array_equal(more.q_p, studies["A"].q_p)
+    other = cpr.monte_carlo(robot, equilibria["A"], 2000, seed=1)
+    assert not np.array_equal(other.rho, studies["A"].rho)
+
+
+@pytest.mark.parametrize("distribution", ["ellipsoid", "box"])
+def test_uniform_distributions_stay_in_their_set(robot, equilibria, distribution):
+    study = cpr.monte_carlo(robot, equilibria["A"], 2000, distribution=distribution)
+    step = (study.rho - np.asarray(study.sensitivity.rho)) / np.asarray(study.sensitivity.delta)
+    if distribution == "box":
+        assert np.max(np.abs(step)) <= 1.0
+        assert np.mean(step**2) == pytest.approx(1 / 3, rel=0.05)
+    else:
+        radius = np.linalg.norm(step, axis=1)
+        assert np.max(radius) <= 1.0 + 1e-12
+        # Uniform in a ball of dimension 4: E[r²] = 4/6.
+        assert np.mean(radius**2) == pytest.approx(2 / 3, rel=0.05)
+
+
+def test_followed_samples_agree_with_predicted_ones(robot, studies):
+    """Following every sample in small steps leads where the prediction has led."""
+    study = studies["A"]
+    options = module._Solving(module.select(robot), module.Prediction.TANGENT, 10)
+    s = study.sensitivity
+    shared = module._Study(robot, s.y, s.Pi_y, s.rho, s.delta, study.ellipsoid)
+    y, status = module._follow_all(shared, options, study.rho[: module._RESCUED])
+    assert np.all(np.asarray(status) == cpr.Status.SOLVED)
+    np.testing.assert_allclose(y[:, 2:4], study.q_p[: module._RESCUED], atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "field"),
+    [
+        ({"samples": 0}, "samples"),
+        ({"samples": 2.5}, "samples"),
+        ({"samples": True}, "samples"),
+        ({"seed": -1}, "seed"),
+        ({"distribution": "normal"}, "distribution"),
+        ({"prediction": "none"}, "prediction"),
+        ({"parameters": ["k"]}, "parameters"),
+    ],
+)
+def test_mistakes_are_named(robot, equilibria, arguments, field):
+    with pytest.raises(ValueError, match=f"`{field}` must"):
+        cpr.monte_carlo(robot, equilibria["A"], **arguments)
+
+
+def test_an_unsolved_equilibrium_is_refused(robot):
+    lost = cpr.solve_inverse(robot, (0.0, 2.0), throw=False)
+    with pytest.raises(ValueError, match="`equilibrium` must be solved"):
+        cpr.monte_carlo(robot, lost)

@@ -1,0 +1,63 @@
+"""What the README shows is executed."""
+
+import os
+import pathlib
+import re
+import shlex
+import subprocess
+import sys
+
+import jax
+import pytest
+
+from cpr_jax.cli import main
+
+ROOT = pathlib.Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text()
+
+
+def block(name: str) -> str:
+    return re.search(rf"<!-- {name} -->\n```\w+\n(.*?)```", README, re.DOTALL)[1]
+
+
+def test_python_block():
+    cache = {"JAX_COMPILATION_CACHE_DIR": str(jax.config.jax_compilation_cache_dir)}
+    done = subprocess.run(
+        [sys.executable, "-c", block("python")],
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+        env=os.environ | cache,
+    )
+    assert done.returncode == 0, done.stderr
+    printed = done.stdout.splitlines()
+    assert len(printed) == 4
+    axes = [float(number) for number in printed[1].strip("[]").split()]
+    assert axes == pytest.approx([5.50e-3, 1.41e-3], rel=5e-3)
+    coverage = float(printed[2].split()[0])
+    assert coverage == pytest.approx(0.975, abs=0.005)
+
+
+@pytest.mark.parametrize("line", block("cli").strip().splitlines())
+def test_command_lines(line, capsys, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    monkeypatch.setenv("CPR_JAX_CACHE", "")
+    program, *argv = shlex.split(line)
+    assert program == "cpr-jax"
+    assert main(argv) == 0
+    assert capsys.readouterr().out
+
+
+def test_links_exist():
+    for target in re.findall(r"\]\(([^)#]+)\)", README):
+        if not target.startswith("http"):
+            assert (ROOT / target).exists(), target
+
+
+def test_commands_use_what_is_installed():
+    """The two commands name an extra and an entry point that pyproject.toml defines."""
+    project = (ROOT / "pyproject.toml").read_text()
+    assert "cpr-jax paper" in block("paper")
+    assert 'cpr-jax = "cpr_jax.cli:main"' in project
+    assert "'.[test]'" in block("test")
+    assert re.search(r"^test = \[", project, re.MULTILINE)
