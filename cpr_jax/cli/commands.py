@@ -46,7 +46,7 @@ def solve(request: Request, as_json: bool) -> int:
         return 0
     labels, units = unknown_labels(robot), unknown_units(robot)
     print(f"{robot.name}: {answer['status']}, residual {answer['residual']:.1e}")
-    print(f"branch: {equilibrium.branch}")
+    print(f"branch: {equilibrium.branch}{_bows(robot, equilibrium)}")
     for label, unit, value in zip(labels, units, np.asarray(equilibrium.y), strict=True):
         print(f"  {label:<10} {value: .9g} {unit}")
     for i, torque in enumerate(np.asarray(equilibrium.motor_torques)):
@@ -192,7 +192,15 @@ def _describe(equilibrium: Equilibrium) -> dict:
         "sigma_t2": plain(measures.sigma_t2),
         "condition": plain(measures.condition),
         "branch": equilibrium.branch,
+        "bows": measures.bows,
     }
+
+
+def _bows(robot: Robot, equilibrium: Equilibrium) -> str:
+    if robot.geometry.d != 2:
+        return ""
+    sides = ["left" if bow > 0.0 else "right" for bow in np.asarray(equilibrium.measures.bows)]
+    return f", seen from their bases the rods bow {', '.join(sides)}"
 
 
 def _print_json(value: object) -> None:

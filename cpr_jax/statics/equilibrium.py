@@ -113,12 +113,14 @@ def _solve(robot, imposed, target, guess, steps, throw):
     frozen = jax.lax.stop_gradient(robot)
     goal = jax.lax.stop_gradient(target)
     branch = "home"
+    first = jnp.asarray(int(Status.SOLVED))
     if guess is not None:
         start, branch = jax.lax.stop_gradient(guess.y), "neighbour"
         reached = move(frozen, imposed, start, straight(robot, start, goal), steps)
     elif robot.home is not None:
         rough = jnp.concatenate([frozen.home.q_a, frozen.home.q_p])
-        start = assemble(frozen, rough, steps).y
+        home = assemble(frozen, rough, steps)
+        start, first = home.y, home.status
         reached = move(frozen, imposed, start, straight(robot, start, goal), steps)
     elif traced:
         raise InputError(
@@ -128,8 +130,11 @@ def _solve(robot, imposed, target, guess, steps, throw):
     else:
         branch = "search"
         reached = search(frozen, imposed, goal, steps)
-    if not traced and branch != "search" and int(reached.status) == Status.LOST:
+    lost = not traced and branch != "search" and int(reached.status) == Status.LOST
+    if lost and int(first) == Status.SOLVED:
         reached = detours(frozen, imposed, start, goal, reached, steps)
+    # A robot that does not assemble at home has no branch to follow.
+    reached = reached._replace(status=jnp.where(first == Status.SOLVED, reached.status, first))
     equilibrium = polish(robot, imposed, target, reached, branch, steps)
     if throw and not traced and int(equilibrium.status) != Status.SOLVED:
         status = Status(int(equilibrium.status))

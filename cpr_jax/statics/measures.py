@@ -24,6 +24,9 @@ class Measures(eqx.Module):
     - `condition`: condition number of `A_p`.
     - `motor_torques`: what the motors exert on the legs, N·m (N where they slide), `(n_a,)`.
     - `energy`: total potential energy, of the rods and of dead loads, J.
+    - `bows`: which way and how far each rod bows, shape `(n,)`: mean distance from the line between
+        its base and its joint, over its length; in the plane positive where it bows to the left
+        of the way from base to joint, in space without a sign. Their signs name a branch.
     """
 
     sigma_t1: Float[Array, ""]
@@ -33,6 +36,7 @@ class Measures(eqx.Module):
     condition: Float[Array, ""]
     motor_torques: Float[Array, " n_a"]
     energy: Float[Array, ""]
+    bows: Float[Array, " n"]
 
 
 def measure(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[Measures, Float[Array, ""]]:
@@ -59,6 +63,7 @@ def measure(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[Measures
         condition=singular_p[0] / singular_p[-1],
         motor_torques=motor_torques(robot, y),
         energy=potential_energy(robot, y, steps),
+        bows=bows(robot, y, steps),
     )
     return measures, jnp.max(jnp.abs(R_0))
 
@@ -96,27 +101,50 @@ def motor_torques(robot: Robot, y: Float[Array, " n_y"]) -> Float[Array, " n_a"]
     return robot.transmission.T @ jax.vmap(one)(robot.legs, q, state.mu)
 
 
-def potential_energy(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Float[Array, ""]:
-    """Elastic energy of the rods and potential of the dead forces, J.
-
-    Distributed moments, and moments on a spatial body, have no potential and are left out.
-    """
+def _rods(robot: Robot, y: Float[Array, " n_y"], steps: int):
+    """Base position, elastic energy and integral of the positions `∫ p ds` of each rod."""
     geometry = robot.geometry
     state = unravel(robot, y)
 
     def one(leg, q, mu):
         base = leg_base(geometry, leg, q, mu)
         energy, positions = rod_energy(geometry, base.rod, base.force, base.moment, steps)
-        if leg.rod.force is not None:
-            world = base.position * base.rod.length + jnp.stack(
-                geometry.rotate(base.rotation, positions)
-            )
-            energy -= leg.rod.force @ world
-        return energy
+        turned = jnp.stack(geometry.rotate(base.rotation, positions))
+        return base.position, energy, base.position * base.rod.length + turned, base.rod.length
 
-    q = robot.transmission @ state.q_a
-    energy = jnp.sum(jax.vmap(one)(robot.legs, q, state.mu))
-    energy -= robot.f_P @ state.q_p[: geometry.d]
+    return jax.vmap(one)(robot.legs, robot.transmission @ state.q_a, state.mu)
+
+
+def potential_energy(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Float[Array, ""]:
+    """Elastic energy of the rods and potential of the dead forces, J.
+
+    Distributed moments, and moments on a spatial body, have no potential and are left out.
+    """
+    geometry = robot.geometry
+    q_p = unravel(robot, y).q_p
+    _, energies, positions, _ = _rods(robot, y, steps)
+    energy = jnp.sum(energies)
+    if robot.legs.rod.force is not None:
+        energy -= jnp.sum(robot.legs.rod.force * positions)
+    energy -= robot.f_P @ q_p[: geometry.d]
     if robot.oriented and geometry.r == 1:
-        energy -= robot.m_P @ state.q_p[geometry.d :]
+        energy -= robot.m_P @ q_p[geometry.d :]
     return energy
+
+
+def bows(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Float[Array, " n"]:
+    """See `Measures`."""
+    geometry = robot.geometry
+    q_p = unravel(robot, y).q_p
+    bases, _, positions, lengths = _rods(robot, y, steps)
+
+    def one(leg, base, integral, length):
+        arm = leg.attachment_position
+        if robot.oriented:
+            arm = jnp.stack(geometry.rotate(geometry.exp(q_p[geometry.d :]), arm))
+        line = q_p[: geometry.d] + arm - base
+        area = jnp.stack(geometry.cross(line, integral / length - base))
+        size = area[0] if geometry.r == 1 else jnp.linalg.norm(area)
+        return size / (jnp.linalg.norm(line) * length)
+
+    return jax.vmap(one)(robot.legs, bases, positions, lengths)

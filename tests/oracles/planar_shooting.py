@@ -109,3 +109,14 @@ def inverse(robot: PlanarRobot, point, guess: np.ndarray) -> np.ndarray:
 def forward(robot: PlanarRobot, q, guess: np.ndarray) -> np.ndarray:
     """`y` with the motors at the angles `q`, from a guess of `y`."""
     return _solve(robot, guess, slice(0, 2), np.asarray(q, float))
+
+
+def energy(robot: PlanarRobot, y: np.ndarray) -> float:
+    """Elastic energy of the rods less the work of the force on the platform (Gauss–Legendre)."""
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    total = -np.dot(robot.f_P, y[2:4])
+    for leg in range(2):
+        s = 0.5 * robot.l[leg] * (nodes + 1.0)
+        moments = integrate(robot, leg, y[leg], y[4 + 3 * leg : 7 + 3 * leg], t_eval=s).y[5]
+        total += 0.25 * robot.l[leg] * weights @ moments**2 / robot.k_b[leg]
+    return total

@@ -52,3 +52,13 @@ def with_stiffness(robot, k_b):
 def home_at(robot, q_a, q_p):
     """The robot with another home."""
     return dataclasses.replace(robot, home=Home(jnp.asarray(q_a, float), jnp.asarray(q_p, float)))
+
+
+def in_space_unknowns(spatial, y):
+    """Unknowns of a planar robot as those of the same robot in space."""
+    n, n_a = spatial.n, spatial.n_a
+    q_a, q_p, mu = jnp.split(y, [n_a, y.size - 3 * n])
+    position = jnp.concatenate([jnp.zeros(1), q_p[:2]])
+    turn = jnp.pad(q_p[2:], (0, 2 * (q_p.size - 2)))
+    wrenches = jnp.pad(mu.reshape(n, 3), ((0, 0), (1, 2)))
+    return jnp.concatenate([q_a, position, turn, wrenches.reshape(-1)])

@@ -17,7 +17,7 @@ HEALTHY = np.setdiff1d(np.arange(LANES), SICK)
 @pytest.fixture(scope="module")
 def healthy():
     rng = np.random.default_rng(0)
-    points = rng.uniform([-0.06, 0.14], [0.06, 0.22], (LANES, 2))
+    points = rng.uniform([-0.03, 0.17], [0.03, 0.22], (LANES, 2))
     return 0.0183 * rng.uniform(0.8, 1.2, (LANES, 2)), points
 
 
