@@ -64,7 +64,8 @@ def test_numbers_are_strong_float64(make):
 
 
 @pytest.mark.parametrize(
-    ("make", "n", "n_p", "n_y"), [(rfrfr, 2, 2, 10), (rfrfr_straight, 2, 2, 10), (three_rfr, 3, 3, 15)]
+    ("make", "n", "n_p", "n_y"),
+    [(rfrfr, 2, 2, 10), (rfrfr_straight, 2, 2, 10), (three_rfr, 3, 3, 15)],
 )
 def test_counts(make, n, n_p, n_y):
     robot = make()

@@ -21,9 +21,7 @@ from tests.statics.common import in_space_unknowns
 @pytest.fixture(scope="module")
 def robot():
     """The 3-RFR under a load with a moment."""
-    return dataclasses.replace(
-        three_rfr(), f_P=jnp.array([0.2, -0.5]), m_P=jnp.array([0.02])
-    )
+    return dataclasses.replace(three_rfr(), f_P=jnp.array([0.2, -0.5]), m_P=jnp.array([0.02]))
 
 
 @pytest.fixture(scope="module")

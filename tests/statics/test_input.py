@@ -33,7 +33,9 @@ NOT_TWO_NUMBERS = {
 
 @pytest.mark.parametrize("value", NOT_TWO_NUMBERS.values(), ids=NOT_TWO_NUMBERS)
 @pytest.mark.parametrize(
-    ("solve", "name"), [(solve_inverse, "point"), (solve_forward, "q_a")], ids=["inverse", "forward"]
+    ("solve", "name"),
+    [(solve_inverse, "point"), (solve_forward, "q_a")],
+    ids=["inverse", "forward"],
 )
 def test_a_wrong_target_is_named(paper, solve, name, value):
     with pytest.raises(InputError, match=f"`{name}` must") as caught:
@@ -79,16 +81,16 @@ def test_wrong_steps_are_named(paper, steps):
         solve_inverse(paper, (0.0, 0.2), steps=steps)
 
 
-@pytest.mark.parametrize("guess", ["home", (2.7, 0.4), np.zeros(10)], ids=["text", "tuple", "array"])
+@pytest.mark.parametrize(
+    "guess", ["home", (2.7, 0.4), np.zeros(10)], ids=["text", "tuple", "array"]
+)
 def test_a_guess_that_is_no_equilibrium_is_named(paper, guess):
     with pytest.raises(ValueError, match="`guess` must"):
         solve_inverse(paper, (0.0, 0.2), guess=guess)
 
 
 def test_a_guess_of_another_robot_is_named(paper, nominal):
-    other = dataclasses.replace(
-        nominal, q_a=jnp.zeros(3), q_p=jnp.zeros(3), mu=jnp.zeros((3, 3))
-    )
+    other = dataclasses.replace(nominal, q_a=jnp.zeros(3), q_p=jnp.zeros(3), mu=jnp.zeros((3, 3)))
     with pytest.raises(ValueError, match="`guess` must"):
         solve_inverse(paper, (0.0, 0.2), guess=other)
 

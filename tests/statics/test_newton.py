@@ -38,7 +38,9 @@ def test_a_root_is_exact_to_rounding():
 
 def test_damping_reaches_what_plain_newton_overshoots():
     """From 3, Newton's method on the arcus tangens diverges."""
-    found = jax.jit(lambda y: find(lambda y, _: jnp.arctan(y), y, None, max_step=10.0))(jnp.array([3.0]))
+    found = jax.jit(lambda y: find(lambda y, _: jnp.arctan(y), y, None, max_step=10.0))(
+        jnp.array([3.0])
+    )
     assert bool(found.result == SOLVED)
     np.testing.assert_allclose(found.value, 0.0, atol=1e-15)
 

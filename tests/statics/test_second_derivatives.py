@@ -41,7 +41,8 @@ def hessian(value, published):
 def test_against_differences_of_gradients(gradient, hessian, published):
     step = 1e-4
     columns = [
-        (gradient(RHO + step * unit, published) - gradient(RHO - step * unit, published)) / (2.0 * step)
+        (gradient(RHO + step * unit, published) - gradient(RHO - step * unit, published))
+        / (2.0 * step)
         for unit in np.eye(4)
     ]
     expected = np.stack(columns, axis=1)

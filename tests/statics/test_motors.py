@@ -1,0 +1,107 @@
+"""Motors that slide and that feed rod, on legs that stretch, shear and carry weight."""
+
+import dataclasses
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from cpr_jax.geometry import PLANE
+from cpr_jax.robots.joint import clamped
+from cpr_jax.robots.leg import make_leg
+from cpr_jax.robots.robot import make_robot
+from cpr_jax.rods.rod import Rod
+from cpr_jax.statics.measures import measure, motor_torques
+from cpr_jax.statics.problem import Problem, find_root, forward_rows
+from cpr_jax.statics.status import Status
+from cpr_jax.statics.unknowns import State, ravel
+
+WEIGHT = jnp.array([0.1, -0.4])
+
+
+def rod(length, rest):
+    """A rod in which every effect has a share of the energy."""
+    return Rod(
+        length=jnp.asarray(length),
+        curvature_compliance=jnp.array([1.0 / 0.05]),
+        precurvature=jnp.array([rest]),
+        strain_compliance=jnp.array([0.02, 0.03]),
+        force=WEIGHT,
+        moment=jnp.zeros(1),
+    )
+
+
+@pytest.fixture(scope="module")
+def robot():
+    """A body on three legs: one slides askew, one feeds rod, one turns and feeds."""
+    slides = jnp.array([0.8, 0.6, 0.0])
+    still = jnp.zeros(3)
+    platform = [(-0.05, 0.0), (0.05, 0.0), (0.0, 0.05)]
+    legs = [
+        make_leg(PLANE, (-0.2, 0.1), rod(0.4, 0.5), screw=slides, a=0.02, b=0.03, feed=0.0),
+        make_leg(PLANE, (0.2, -0.1), rod(0.5, -0.5), screw=still, joint=clamped(PLANE), feed=1.0),
+        make_leg(PLANE, (0.4, 0.3), rod(0.45, 0.3), a=0.02, feed=0.2),
+    ]
+    turned = [0.7, 1.9, 3.0]
+    legs = [
+        dataclasses.replace(
+            leg,
+            base_rotation=jnp.array([angle]),
+            attachment_position=jnp.array(place),
+            attachment_rotation=jnp.array([1.9]),
+        )
+        for leg, angle, place in zip(legs, turned, platform, strict=True)
+    ]
+    return make_robot(PLANE, legs, oriented=True, f_P=(0.1, -0.2), m_P=[0.01])
+
+
+@pytest.fixture(scope="module")
+def solve(robot):
+    """Motors held: unknowns, measures and status, from a guess, under a share of the weight."""
+
+    @jax.jit
+    def run(q_a, guess, share=1.0):
+        loaded = eqx.tree_at(lambda r: r.legs.rod.force, robot, share * robot.legs.rod.force)
+        target = jnp.concatenate([q_a, jnp.zeros(3)])
+        root = find_root(Problem(loaded, forward_rows(robot), target), guess)
+        return root.y, measure(loaded, root.y, 10)[0], root.status
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def start(robot, solve):
+    q_a = jnp.array([0.03, 0.05, 0.1])
+    guess = ravel(State(q_a, jnp.array([0.1, 0.35, 0.0]), jnp.zeros((3, 3))))
+    for share in (0.0, 1.0):
+        guess, _, status = solve(q_a, guess, share)
+        assert int(status) == Status.SOLVED
+    return q_a, guess
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0], ids=["weightless", "heavy"])
+@pytest.mark.parametrize("i", range(3), ids=["slides", "feeds", "turns and feeds"])
+def test_motor_torque_is_the_derivative_of_the_energy(solve, start, i, share):
+    q_a, guess = start
+    y, measures, status = solve(q_a, guess, share)
+    assert int(status) == Status.SOLVED
+    step = 1e-5 * jnp.eye(3)[i]
+    above, below = (solve(q_a + sign * step, y, share)[1].energy for sign in (1.0, -1.0))
+    slope = float(above - below) / 2e-5
+    assert abs(slope) > 1e-3
+    assert float(measures.motor_torques[i]) == pytest.approx(slope, rel=1e-6, abs=1e-8)
+
+
+def test_a_shared_motor_carries_the_sum_of_its_legs(robot, solve, start):
+    """A transmission adds up the torques of what it moves."""
+    q_a, guess = start
+    y, measures, _ = solve(q_a, guess)
+    transmission = jnp.array([[1.0, 0.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    coupled = dataclasses.replace(robot, transmission=transmission)
+    # The same actuators, moved by other motors.
+    found = jax.jit(motor_torques)(coupled, y.at[1].add(-2.0 * y[0]))
+    torques = np.asarray(measures.motor_torques)
+    expected = [torques[0] + 2.0 * torques[1], torques[1], torques[2]]
+    np.testing.assert_allclose(found, expected, rtol=1e-10)
