@@ -149,6 +149,17 @@ def _solve(geometry, steps, readout, rod, force, moment):
 
 
 @functools.cache
+def _traced_once(geometry, steps, readout, treedef):
+    """`_solve` on leaves. Batches and derivatives of it start from one trace of diffrax."""
+
+    @jax.jit
+    def solve(*leaves):
+        return _solve(geometry, steps, readout, *treedef.unflatten(leaves))
+
+    return solve
+
+
+@functools.cache
 def _differentiable(geometry, steps, readout, treedef, shapes, perturbed):
     """The integration together with its derivatives along the leaves flagged in `perturbed`.
 
@@ -159,10 +170,7 @@ def _differentiable(geometry, steps, readout, treedef, shapes, perturbed):
 
     @lanes_last
     def kernel(lift, *leaves):
-        def single(*leaves):
-            return _solve(geometry, steps, readout, *treedef.unflatten(leaves))
-
-        function = lift(single)
+        function = lift(_traced_once(geometry, steps, readout, treedef))
         for flags in perturbed:
             function = _with_tangents(function, shapes, flags)
         return function(*leaves)

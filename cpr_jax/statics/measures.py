@@ -1,5 +1,7 @@
 """Numbers that go with every equilibrium: conditioning, torques, energy."""
 
+from typing import NamedTuple
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -55,6 +57,7 @@ def measure(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[Measures
     singular_p = jnp.linalg.svd(A_p, compute_uv=False)
     nan = jnp.full((), jnp.nan)
     square = A_q.shape[0] == A_q.shape[1]
+    rods = _rods(robot, y, steps)
     measures = Measures(
         sigma_t1=jnp.linalg.svd(A_q, compute_uv=False)[-1] if square else nan,
         sigma_t2=singular_p[-1],
@@ -62,8 +65,8 @@ def measure(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[Measures
         sign_t2=jnp.linalg.slogdet(A_p)[0],
         condition=singular_p[0] / singular_p[-1],
         motor_torques=motor_torques(robot, y),
-        energy=potential_energy(robot, y, steps),
-        bows=bows(robot, y, steps),
+        energy=_energy(robot, y, rods),
+        bows=_bows(robot, y, rods),
     )
     return measures, jnp.max(jnp.abs(R_0))
 
@@ -101,16 +104,25 @@ def motor_torques(robot: Robot, y: Float[Array, " n_y"]) -> Float[Array, " n_a"]
     return robot.transmission.T @ jax.vmap(one)(robot.legs, q, state.mu)
 
 
-def _rods(robot: Robot, y: Float[Array, " n_y"], steps: int):
-    """Base position, elastic energy and integral of the positions `∫ p ds` of each rod."""
+class _Rods(NamedTuple):
+    """Of each rod: where its base is, its length, elastic energy, and integral `∫ p ds`."""
+
+    bases: Float[Array, "n d"]
+    lengths: Float[Array, " n"]
+    energies: Float[Array, " n"]
+    positions: Float[Array, "n d"]
+
+
+def _rods(robot: Robot, y: Float[Array, " n_y"], steps: int) -> _Rods:
     geometry = robot.geometry
     state = unravel(robot, y)
 
     def one(leg, q, mu):
         base = leg_base(geometry, leg, q, mu)
+        length = base.rod.length
         energy, positions = rod_energy(geometry, base.rod, base.force, base.moment, steps)
         turned = jnp.stack(geometry.rotate(base.rotation, positions))
-        return base.position, energy, base.position * base.rod.length + turned, base.rod.length
+        return _Rods(base.position, length, energy, base.position * length + turned)
 
     return jax.vmap(one)(robot.legs, robot.transmission @ state.q_a, state.mu)
 
@@ -120,31 +132,32 @@ def potential_energy(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Float
 
     Distributed moments, and moments on a spatial body, have no potential and are left out.
     """
+    return _energy(robot, y, _rods(robot, y, steps))
+
+
+def _energy(robot: Robot, y: Float[Array, " n_y"], rods: _Rods) -> Float[Array, ""]:
     geometry = robot.geometry
     q_p = unravel(robot, y).q_p
-    _, energies, positions, _ = _rods(robot, y, steps)
-    energy = jnp.sum(energies)
+    energy = jnp.sum(rods.energies)
     if robot.legs.rod.force is not None:
-        energy -= jnp.sum(robot.legs.rod.force * positions)
+        energy -= jnp.sum(robot.legs.rod.force * rods.positions)
     energy -= robot.f_P @ q_p[: geometry.d]
     if robot.oriented and geometry.r == 1:
         energy -= robot.m_P @ q_p[geometry.d :]
     return energy
 
 
-def bows(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Float[Array, " n"]:
-    """See `Measures`."""
+def _bows(robot: Robot, y: Float[Array, " n_y"], rods: _Rods) -> Float[Array, " n"]:
     geometry = robot.geometry
     q_p = unravel(robot, y).q_p
-    bases, _, positions, lengths = _rods(robot, y, steps)
 
-    def one(leg, base, integral, length):
+    def one(leg, rod: _Rods):
         arm = leg.attachment_position
         if robot.oriented:
             arm = jnp.stack(geometry.rotate(geometry.exp(q_p[geometry.d :]), arm))
-        line = q_p[: geometry.d] + arm - base
-        area = jnp.stack(geometry.cross(line, integral / length - base))
+        line = q_p[: geometry.d] + arm - rod.bases
+        area = jnp.stack(geometry.cross(line, rod.positions / rod.lengths - rod.bases))
         size = area[0] if geometry.r == 1 else jnp.linalg.norm(area)
-        return size / (jnp.linalg.norm(line) * length)
+        return size / (jnp.linalg.norm(line) * rod.lengths)
 
-    return jax.vmap(one)(robot.legs, bases, positions, lengths)
+    return jax.vmap(one)(robot.legs, rods)

@@ -137,7 +137,9 @@ def monte_carlo(
     half_ranges = ranges(robot, selection, delta)
     nominal = sensitivity(robot, equilibrium, parameters, delta, steps=steps)
     ellipse = ellipsoid(nominal)
-    study = _Study(robot, nominal.y, nominal.Pi_y, nominal.rho, half_ranges, ellipse)
+    # det ∂R/∂y with the motors imposed is det A_p, but for moving n_a columns past the others.
+    sign = equilibrium.measures.sign_t2 * (-1.0) ** (robot.n_a * (robot.n_y - robot.n_a))
+    study = _Study(robot, nominal.y, nominal.Pi_y, nominal.rho, half_ranges, sign, ellipse)
     options = _Options(drawn, _Solving(selection, predicted, steps))
 
     tally = _Tally(robot.geometry.d)
@@ -191,6 +193,7 @@ class _Study(eqx.Module):
     Pi_y: Float[Array, "n_y n_rho"]
     rho: Float[Array, " n_rho"]
     delta: Float[Array, " n_rho"]
+    sign: Float[Array, ""]
     ellipse: Ellipsoid
 
 
@@ -328,8 +331,6 @@ def _predict_and_solve(study: _Study, solving: _Solving, draws):
         problem = _problem(study, solving, rho)
         return find_root(problem, study.y, steps=solving.steps)
 
-    nominal_sign = solution(study.rho).sign
-
     def along(direction):
         """Second derivative of y in a direction, through the implicit derivative twice."""
 
@@ -347,7 +348,7 @@ def _predict_and_solve(study: _Study, solving: _Solving, draws):
         root = find_root(_problem(study, solving, rho), guess, steps=solving.steps)
         correction = jnp.max(jnp.abs((root.y - guess) / units))
         expected = 0.02 + 0.3 * jnp.max(jnp.abs(shift / units))
-        sure = (root.status == Status.SOLVED) & (root.sign == nominal_sign)
+        sure = (root.status == Status.SOLVED) & (root.sign == study.sign)
         sure = sure & (correction <= expected)
         return rho, root.y, root.status, ~sure
 

@@ -25,7 +25,7 @@ class PlanarRobot:
     - `printed`: take the moment at the tip of the rod.
     """
 
-    l: tuple[float, float] = (0.25, 0.25)
+    l: tuple[float, float] = (0.25, 0.25)  # noqa: E741
     a: tuple[float, float] = (0.045, 0.045)
     b: tuple[float, float] = (0.035, 0.035)
     d: float = 0.2

@@ -1,45 +1,15 @@
-"""Derivatives of a rod's tip in all of its numbers: both modes, both orders, differences."""
+"""First derivatives of a rod's tip in all of its numbers: both modes, differences, batches."""
 
 import dataclasses
-import functools
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 from jax.flatten_util import ravel_pytree
 
-from cpr_jax.geometry import PLANE, SPACE
+from cpr_jax.geometry import PLANE
 from cpr_jax.rods.integration import rod_energy, rod_shape, rod_tip
-from cpr_jax.rods.rod import Rod
-
-
-class Tip:
-    """The tip as a function of one flat vector: the rod, `n(0)` and `m(0)`."""
-
-    def __init__(self, geometry):
-        rng = np.random.default_rng(5)
-        d, r = geometry.d, geometry.r
-        rod = Rod(
-            length=jnp.asarray(0.8),
-            curvature_compliance=jnp.asarray(rng.uniform(0.5, 2.0, r)),
-            precurvature=jnp.asarray(rng.normal(size=r)),
-            strain_compliance=jnp.asarray(rng.uniform(0.01, 0.05, d)),
-            force=jnp.asarray(rng.normal(size=d)),
-            moment=jnp.asarray(rng.normal(size=r)),
-        )
-        self.x, self.unravel = ravel_pytree(
-            (rod, jnp.asarray(rng.normal(size=d)), jnp.asarray(rng.normal(size=r)))
-        )
-        self.geometry = geometry
-        self.value = jax.jit(self)
-        self.jacobian = jax.jit(jax.jacfwd(self))
-
-    def __call__(self, x):
-        return ravel_pytree(rod_tip(self.geometry, *self.unravel(x)))[0]
-
-
-tip_of = functools.cache(Tip)
+from tests.rods.common import differences, tip_of
 
 
 @pytest.fixture(scope="module")
@@ -57,16 +27,6 @@ def jacobian(subject):
     return np.asarray(subject.jacobian(subject.x))
 
 
-def differences(function, x, step):
-    """Central differences of fourth order, the last axis along `x`."""
-    columns = []
-    for unit in step * np.eye(x.size):
-        near = function(x + unit) - function(x - unit)
-        far = function(x + 2.0 * unit) - function(x - 2.0 * unit)
-        columns.append((8.0 * near - far) / (12.0 * step))
-    return np.stack(columns, axis=-1)
-
-
 def test_forward_mode_in_every_number(subject, jacobian):
     expected = differences(subject.value, subject.x, 1e-3)
     np.testing.assert_allclose(jacobian, expected, atol=1e-10)
@@ -77,26 +37,6 @@ def test_forward_mode_in_every_number(subject, jacobian):
 def test_reverse_mode_equals_forward_mode(subject, jacobian):
     reverse = jax.jit(jax.jacrev(subject))(subject.x)
     np.testing.assert_allclose(reverse, jacobian, atol=1e-12)
-
-
-def test_second_derivatives_in_space():
-    subject = tip_of(SPACE)
-    hessian = jax.jit(jax.jacfwd(jax.jacfwd(subject)))(subject.x)
-    expected = differences(subject.jacobian, subject.x, 1e-3)
-    np.testing.assert_allclose(hessian, expected, atol=1e-9)
-    np.testing.assert_allclose(hessian, np.swapaxes(hessian, 1, 2), atol=1e-12)
-
-
-def test_second_derivatives_in_reverse(planar):
-    weights = np.random.default_rng(6).normal(size=planar.value(planar.x).size)
-
-    def scalar(x):
-        return weights @ planar(x)
-
-    reverse = jax.jit(jax.jacrev(jax.grad(scalar)))(planar.x)
-    expected = differences(lambda x: weights @ planar.jacobian(x), planar.x, 1e-3)
-    np.testing.assert_allclose(reverse, expected, atol=1e-9)
-    np.testing.assert_allclose(reverse, reverse.T, atol=1e-12)
 
 
 def test_one_number_at_a_time(planar):

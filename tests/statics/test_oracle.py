@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import scipy.integrate
 
 from cpr_jax.statics.equilibrium import solve_forward, solve_inverse
 from cpr_jax.statics.problem import Problem, find_root, inverse_rows
@@ -114,6 +115,23 @@ def test_platform_and_tip_force_of_the_discretised_robot(held):
     y = np.asarray(solved.y)
     tip = planar_shooting.leg_tip(oracle, 1, y[1], y[7:10])
     np.testing.assert_allclose(tip.force, limit("force"), rtol=1e-5)
+
+
+def test_bows_of_the_rods(held):
+    """Mean distance from the line between base and pivot, to its left, by Simpson's rule."""
+    oracle, solved, *_ = held
+    y = np.asarray(solved.y)
+    for leg in range(2):
+        s = np.linspace(0.0, oracle.l[leg], 201)
+        mu = y[4 + 3 * leg : 7 + 3 * leg]
+        shape = planar_shooting.integrate(oracle, leg, y[leg], mu, t_eval=s).y
+        base, line = shape[:2, :1], y[2:4] - shape[:2, 0]
+        along = line / np.linalg.norm(line)
+        distance = along[0] * (shape[1] - base[1]) - along[1] * (shape[0] - base[0])
+        bow = scipy.integrate.simpson(distance, x=s) / oracle.l[leg] ** 2
+        np.testing.assert_allclose(solved.measures.bows[leg], bow, rtol=1e-8)
+    # Outward: the left leg bows to the left of its way up, the right one to the right.
+    assert solved.measures.bows[0] > 0.0 > solved.measures.bows[1]
 
 
 def test_the_outward_branch_is_stable(held):

@@ -98,7 +98,7 @@ def test_followed_samples_agree_with_predicted_ones(robot, studies):
     study = studies["A"]
     options = module._Solving(module.select(robot), module.Prediction.TANGENT, 10)
     s = study.sensitivity
-    shared = module._Study(robot, s.y, s.Pi_y, s.rho, s.delta, study.ellipsoid)
+    shared = module._Study(robot, s.y, s.Pi_y, s.rho, s.delta, np.ones(()), study.ellipsoid)
     y, status = module._follow_all(shared, options, study.rho[: module._RESCUED])
     assert np.all(np.asarray(status) == cpr.Status.SOLVED)
     np.testing.assert_allclose(y[:, 2:4], study.q_p[: module._RESCUED], atol=1e-10)
