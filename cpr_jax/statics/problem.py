@@ -95,17 +95,19 @@ def find_root(
     steps: int = DEFAULT_STEPS,
     max_iterations: int = 20,
     max_step: float = 1.0,
+    atol: float = 1e-9,
     verify: bool = True,
 ) -> Root:
     """Newton's method from a guess (SI units). Differentiable in every leaf of `problem`.
 
+    Once the residual is below `atol` one more Newton step is added, which squares the error.
     With `verify` the residual is evaluated once more at the root; without, it is the one before
     the last Newton step, an upper bound, and the caller is to look at the root itself.
     """
     units = unknown_scales(problem.robot)
     solution: optx.Solution = optx.root_find(
         lambda scaled, problem: full_residual(scaled, problem, steps),
-        LaneNewton(max_step=max_step),
+        LaneNewton(atol=atol, max_step=max_step),
         jax.lax.stop_gradient(guess) / units,
         args=problem,
         max_steps=max_iterations,
