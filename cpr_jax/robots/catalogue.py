@@ -41,7 +41,7 @@ def rfrfr(
     stiffness = jnp.broadcast_to(jnp.asarray(k_b, float), (2,))
     joint = pivot(PLANE)
     if printed_moment_row:
-        joint = Joint(free=joint.free, lever=jnp.asarray(0.0))
+        joint = Joint(free=joint.free, lever=jnp.asarray(0.0, float))
     legs = [
         make_leg(
             PLANE,

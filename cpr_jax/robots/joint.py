@@ -29,7 +29,7 @@ class Joint(eqx.Module):
 def _joint(geometry: AbstractGeometry, translations: list[int], rotations: list[int]) -> Joint:
     free = jnp.zeros(geometry.freedoms)
     free = free.at[jnp.array(translations + [geometry.d + k for k in rotations], int)].set(1.0)
-    return Joint(free=free, lever=jnp.asarray(1.0))
+    return Joint(free=free, lever=jnp.asarray(1.0, float))
 
 
 def pivot(geometry: AbstractGeometry) -> Joint:

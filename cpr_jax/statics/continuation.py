@@ -11,7 +11,7 @@ from .linear import solve_with_sign
 from .status import Status
 
 _MIN_STEP = 1e-5
-_MAX_DEVIATION = 0.1
+_MAX_DEVIATION = 0.03
 _CORRECTIONS = 6
 _CORRECTED = 1e-9
 

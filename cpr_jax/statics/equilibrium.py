@@ -86,6 +86,7 @@ def solve_inverse(
 
     **Raises:** `ValueError` for a bad argument; `SolveError` where there is no solution.
     """
+    _check_call(robot, guess, steps)
     point = _checked("point", point, robot.n_p, robot)
     target = jnp.concatenate([jnp.zeros(robot.n_a), point])
     return _solve(robot, inverse_rows(robot), target, guess, steps, throw)
@@ -103,6 +104,7 @@ def solve_forward(
 
     Arguments as in `solve_inverse`, with `q_a` the motor positions, rad or m.
     """
+    _check_call(robot, guess, steps)
     q_a = _checked("q_a", q_a, robot.n_a, robot)
     target = jnp.concatenate([q_a, jnp.zeros(robot.n_p)])
     return _solve(robot, forward_rows(robot), target, guess, steps, throw)
@@ -172,6 +174,25 @@ def polish(robot, imposed, target, reached, branch, steps):
         measures=measures,
         branch=branch,
     )
+
+
+def _check_call(robot: Any, guess: Any, steps: Any) -> None:
+    if not isinstance(robot, Robot):
+        raise InputError(f"Argument `robot` must be a Robot, but it is a {type(robot).__name__}.")
+    if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
+        raise InputError(f"Argument `steps` must be a positive integer, but it is {steps!r}.")
+    if guess is None:
+        return
+    if not isinstance(guess, Equilibrium):
+        kind = type(guess).__name__
+        raise InputError(f"Argument `guess` must be an Equilibrium, but it is a {kind}.")
+    shapes = (guess.q_a.shape[-1], guess.q_p.shape[-1], *guess.mu.shape[-2:])
+    expected = (robot.n_a, robot.n_p, robot.n, robot.geometry.freedoms)
+    if shapes != expected:
+        raise InputError(
+            f"Argument `guess` must be an equilibrium of a robot like {robot.name}, but its "
+            f"motors, coordinates, legs and wrenches number {shapes} instead of {expected}."
+        )
 
 
 def _checked(name: str, value: Any, size: int, robot: Robot) -> Array:

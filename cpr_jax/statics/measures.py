@@ -74,8 +74,8 @@ def measure(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[Measures
 def motor_torques(robot: Robot, y: Float[Array, " n_y"]) -> Float[Array, " n_a"]:
     """Work of the motors per unit of their motion: `τ = ∂(energy)/∂q_a`.
 
-    A motor that feeds rod does the work `W - n·(e_1 + v) - m·u` per length, with the elastic
-    energy `W` per length and the strains at the base.
+    A motor that feeds rod does the work `W - f·p - n·(e_1 + v) - m·u` per length, with the elastic
+    energy `W` per length, the distributed load and the strains at the base.
     """
     geometry = robot.geometry
     d = geometry.d
@@ -97,6 +97,8 @@ def motor_torques(robot: Robot, y: Float[Array, " n_y"]) -> Float[Array, " n_a"]
             work -= sum(m * u for m, u in zip(base.moment, curvature, strict=True))
             if strain is not None:
                 work -= sum(n * v for n, v in zip(base.force, strain, strict=True))
+            if leg.rod.force is not None:
+                work -= leg.rod.force @ base.position
             torque += leg.feed * work
         return torque
 

@@ -119,7 +119,7 @@ def masked(paper, published):
 def test_gradient_of_a_masked_sum(masked, alone, healthy, sick):
     expected, status = masked(*healthy)
     found, sick_status = masked(*sick)
-    assert np.mean(status == Status.SOLVED) > 0.95
+    assert np.mean(status == Status.SOLVED) > 0.85
     assert np.all(np.asarray(sick_status)[SICK] != Status.SOLVED)
     scale = np.max(np.abs(expected))
     np.testing.assert_allclose(found[HEALTHY], expected[HEALTHY], rtol=1e-12, atol=1e-12 * scale)
