@@ -1,9 +1,7 @@
 """Monte Carlo: where the platform ends up when the parameters vary at random."""
 
 import enum
-import functools
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple, TypeVar
 
 import equinox as eqx
@@ -31,8 +29,6 @@ CHUNK = 2048
 
 _RESCUED = 128
 """Doubtful samples that are followed at once."""
-
-_WORKERS = 2
 
 _Kind = TypeVar("_Kind", bound=enum.Enum)
 
@@ -247,19 +243,13 @@ class _Tally:
 def _solved_chunks(
     study: _Study, options: _Options, seed: int, starts: range
 ) -> Iterator[tuple[int, _Chunk, np.ndarray]]:
-    """Chunks in order, two in flight: XLA runs one program on about one core."""
-    work = functools.partial(_solve_chunk, study, options, seed)
-    first = work(starts[0])  # alone, so that the program is compiled once
-    yield starts[0], *first
-    with ThreadPoolExecutor(_WORKERS) as pool:
-        pending: list = []
-        for start in starts[1:]:
-            pending.append((start, pool.submit(work, start)))
-            if len(pending) > _WORKERS:
-                done, future = pending.pop(0)
-                yield done, *future.result()
-        for done, future in pending:
-            yield done, *future.result()
+    """Chunks in order, one at a time.
+
+    Two programs with batched LAPACK calls in flight can deadlock: each waits for subtasks in
+    XLA's thread pool, which both fill. One program uses the cores by itself.
+    """
+    for start in starts:
+        yield start, *_solve_chunk(study, options, seed, start)
 
 
 def _solve_chunk(study: _Study, options: _Options, seed: int, start: int):
@@ -279,10 +269,8 @@ def _solve_chunk(study: _Study, options: _Options, seed: int, start: int):
         y[lanes] = np.asarray(followed)[: len(lanes)]
         status[lanes] = np.asarray(outcome)[: len(lanes)]
 
-    for batch in batches[:1]:
+    for batch in batches:
         rescue(batch)
-    with ThreadPoolExecutor(_WORKERS) as pool:
-        list(pool.map(rescue, batches[1:]))
     y[status != Status.SOLVED] = np.nan
     robot = study.robot
     q_p = y[:, robot.n_a : robot.n_a + robot.n_p]
