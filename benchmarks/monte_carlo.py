@@ -22,7 +22,7 @@ COARSE_STEPS = 5
 SCIPY_SAMPLES = 20
 """Samples that scipy solves in each repeat, and on which errors are measured."""
 
-LADDER = tuple(10.0**-k for k in range(5, 13))
+LADDER = tuple(10.0 ** (-k / 2) for k in range(10, 25))
 """Tolerances that scipy may take."""
 
 
