@@ -49,14 +49,6 @@ def follow_path(
     return track._replace(y=track.y * units)
 
 
-@eqx.filter_jit
-def _open_robot(robot: Robot, rough: Float[Array, " n_q"], steps: int):
-    """Unknowns with all rods at rest, no wrench anywhere, and the gaps that this leaves."""
-    q_a, q_p = rough[: robot.n_a], rough[robot.n_a :]
-    start = ravel(State(q_a, q_p, jnp.zeros((robot.n, robot.geometry.freedoms))))
-    return start, residual(robot, unravel(robot, start), steps)
-
-
 def assemble(robot: Robot, rough: Float[Array, " n_q"], steps: int = DEFAULT_STEPS) -> Track:
     """Assembles a robot whose motors are held at a rough configuration `(q_a, q_p)`.
 
@@ -64,7 +56,9 @@ def assemble(robot: Robot, rough: Float[Array, " n_q"], steps: int = DEFAULT_STE
     the joints, and what the platform lacks to equilibrium, then close along a line while the
     platform is free to give: the way one would put the robot together by hand.
     """
-    start, gap = _open_robot(robot, rough, steps)
+    no_wrench = jnp.zeros((robot.n, robot.geometry.freedoms))
+    start = ravel(State(rough[: robot.n_a], rough[robot.n_a :], no_wrench))
+    gap = _gap(robot, start, steps)
     path = jnp.stack([jnp.concatenate([jnp.full(1, w), rough]) for w in (1.0, 0.0)])
     return follow_path(robot, forward_rows(robot), start, gap, path, steps)
 
@@ -76,12 +70,22 @@ def move(
     corners: Float[Array, "points n_q"],
     steps: int = DEFAULT_STEPS,
 ) -> Track:
-    """Moves the imposed coordinates of an equilibrium along a polygon to its last corner."""
+    """Moves the imposed coordinates of an equilibrium along a polygon to its last corner.
+
+    What is missing to an equilibrium at the start, since it belongs to a robot with slightly
+    other numbers, is closed first, along a line and on the branch.
+    """
     n_q = robot.n_a + robot.n_p
-    corners = jnp.concatenate([start[None, :n_q], corners])
-    path = jnp.concatenate([jnp.zeros((corners.shape[0], 1)), corners], axis=1)
-    gap = jnp.zeros(robot.n_y - robot.n_a)
-    return follow_path(robot, imposed, start, gap, path, steps)
+    corners = jnp.concatenate([start[None, :n_q], start[None, :n_q], corners])
+    open_ = jnp.zeros((corners.shape[0], 1)).at[0].set(1.0)
+    path = jnp.concatenate([open_, corners], axis=1)
+    return follow_path(robot, imposed, start, _gap(robot, start, steps), path, steps)
+
+
+@eqx.filter_jit
+def _gap(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Float[Array, " n_r"]:
+    """`R₀` at unknowns that need not be an equilibrium."""
+    return residual(robot, unravel(robot, y), steps)
 
 
 def search_starts(robot: Robot, count: int = SEARCH_STARTS) -> Float[Array, "starts n_q"]:

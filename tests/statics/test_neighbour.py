@@ -1,0 +1,21 @@
+"""A guess from a robot with slightly other numbers leads where a cold start leads."""
+
+import numpy as np
+import pytest
+
+from cpr_jax.robots.catalogue import rfrfr
+from cpr_jax.statics.equilibrium import solve_inverse
+from cpr_jax.statics.status import Status
+
+
+@pytest.mark.parametrize(
+    "numbers",
+    [{"l": 0.245}, {"l": 0.27}, {"a": 0.05}, {"b": 0.03}, {"d": 0.21}, {"k_b": 0.015}],
+    ids=str,
+)
+def test_a_guess_of_another_design(nominal, numbers):
+    other = rfrfr(**numbers)
+    followed = solve_inverse(other, nominal.q_p, guess=nominal)
+    cold = solve_inverse(other, nominal.q_p)
+    assert int(followed.status) == Status.SOLVED
+    np.testing.assert_allclose(followed.y, cold.y, atol=1e-10)
