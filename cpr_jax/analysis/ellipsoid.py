@@ -6,6 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from ..statics.linear import row_axes
 from .sensitivity import Sensitivity
 
 LINEAR_COVERAGE = 0.9888910034617577
@@ -60,14 +61,11 @@ def ellipsoid(sensitivity: Sensitivity, rows: str | Sequence[str] = "p_P") -> El
     indices = sensitivity.indices(rows)
     scaled = sensitivity.Pi_y[jnp.array(indices)] * sensitivity.delta
     # The singular values of Π δρ are the semi-axes; those of K would lose half the digits.
-    # Zero columns make U square without `full_matrices`, which has no derivative.
-    missing = max(0, len(indices) - scaled.shape[1])
-    padded = jnp.pad(scaled, ((0, 0), (0, missing)))
-    directions, semi_axes, _ = jnp.linalg.svd(padded, full_matrices=False)
+    semi_axes, directions = row_axes(scaled)
     return Ellipsoid(
         center=sensitivity.y[jnp.array(indices)],
         kernel=scaled @ scaled.T,
         semi_axes=semi_axes,
-        directions=directions.T,
+        directions=directions,
         labels=tuple(sensitivity.rows[i] for i in indices),
     )

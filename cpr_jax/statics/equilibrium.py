@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..geometry import Numbers
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
-from .guess import assemble, detours, move, search
+from .guess import assemble, detours, fitted, move, search
 from .measures import Measures, measure
 from .problem import TOLERANCE, Problem, find_root, forward_rows, inverse_rows
 from .status import SolveError, Status
@@ -117,7 +117,7 @@ def _solve(robot, imposed, target, guess, steps, throw):
     branch = "home"
     first = jnp.asarray(int(Status.SOLVED))
     if guess is not None:
-        start, branch = jax.lax.stop_gradient(guess.y), "neighbour"
+        start, branch = fitted(frozen, jax.lax.stop_gradient(guess.y), steps), "neighbour"
         reached = move(frozen, imposed, start, straight(robot, start, goal), steps)
     elif robot.home is not None:
         rough = jnp.concatenate([frozen.home.q_a, frozen.home.q_p])

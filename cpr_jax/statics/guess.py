@@ -83,6 +83,23 @@ def move(
 
 
 @eqx.filter_jit
+def fitted(robot: Robot, y: Float[Array, " n_y"], steps: int = DEFAULT_STEPS) -> Array:
+    """Unknowns of a robot with other numbers, their wrenches scaled to where least is missing.
+
+    A softer rod that carried the old wrenches would bend further than the branch allows.
+    """
+    state = unravel(robot, y)
+    factors = 2.0 ** jnp.linspace(-3.0, 3.0, 49)
+
+    def missing(factor):
+        scaled = ravel(state._replace(mu=factor * state.mu))
+        return jnp.max(jnp.abs(_gap(robot, scaled, steps)))
+
+    factor = factors[jnp.argmin(jax.vmap(missing)(factors))]
+    return ravel(state._replace(mu=factor * state.mu))
+
+
+@eqx.filter_jit
 def _gap(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Float[Array, " n_r"]:
     """`R₀` at unknowns that need not be an equilibrium."""
     return residual(robot, unravel(robot, y), steps)

@@ -1,28 +1,182 @@
-"""Small dense linear algebra, by LAPACK."""
+"""Small dense linear algebra for batches, with the lanes last.
+
+Written out rather than left to LAPACK, as jaxlib spreads a batch of LAPACK calls over the same
+threads that run the program: two such batches that meet can block each other for good.
+"""
 
 import jax
 import jax.numpy as jnp
-from jax.scipy.linalg import lu_factor, lu_solve
+from jax import lax
 from jaxtyping import Array, Float
+
+from ..lanes import lanes_last
+
+_BLOCK = 64
+"""Lanes worked on at a time, so that their matrices stay in the cache of a core."""
+
+_SQUARINGS = 30
+"""Most squarings of a Gram matrix: two singular values 1e-9 apart (relative) still differ."""
 
 
 def solve_with_sign(
     matrix: Float[Array, "n n"], right: Float[Array, " n"]
 ) -> tuple[Float[Array, " n"], Float[Array, ""]]:
     """`A⁻¹ b` and the sign of `det A`; not finite where A is singular. Not differentiated."""
-    factors, pivots = lu_factor(matrix)
-    swaps = jnp.sum(pivots != jnp.arange(matrix.shape[0]))
-    sign = jnp.prod(jnp.sign(jnp.diagonal(factors))) * jnp.where(swaps % 2 == 0, 1.0, -1.0)
-    return lu_solve((factors, pivots), right), sign
+    solution, sign = _eliminate(matrix, right[:, None])
+    return solution[:, 0], sign
+
+
+def inverse_with_sign(matrix: Float[Array, "n n"]) -> tuple[Float[Array, "n n"], Float[Array, ""]]:
+    """`A⁻¹` and the sign of `det A`; not finite where A is singular. Not differentiated."""
+    return _eliminate(matrix, jnp.eye(matrix.shape[0], dtype=matrix.dtype))
 
 
 @jax.custom_jvp
 def inverse(matrix: Float[Array, "n n"]) -> Float[Array, "n n"]:
     """`A⁻¹`, differentiable to any order in both modes; not finite where A is singular."""
-    return jnp.linalg.inv(matrix)
+    return inverse_with_sign(matrix)[0]
 
 
 @inverse.defjvp
 def _inverse_jvp(primals, tangents):
     inverted = inverse(*primals)
     return inverted, -inverted @ tangents[0] @ inverted
+
+
+def norm_2(matrix: Float[Array, "n m"]) -> Float[Array, ""]:
+    """Largest singular value; NaN where an entry is not finite. Not differentiated."""
+    return _norm_2(matrix)
+
+
+def row_axes(matrix: Float[Array, "k m"]) -> tuple[Float[Array, " k"], Float[Array, "k k"]]:
+    """Singular values of a matrix with few rows, largest first, and left vectors as rows.
+
+    One-sided Jacobi rotations keep the digits of the small ones, and they differentiate in both
+    modes: where two singular values agree, the vectors are a choice, held fixed by derivatives.
+    """
+    k = matrix.shape[0]
+    pairs = [(i, j) for i in range(k) for j in range(i + 1, k)]
+
+    def sweep(_, state):
+        for i, j in pairs:
+            state = _orthogonalise(state, i, j)
+        return state
+
+    both = jnp.concatenate([matrix, jnp.eye(k, dtype=matrix.dtype)], axis=1)
+    # Two rows are orthogonal after one rotation; more need sweeps, which converge quadratically.
+    both = sweep(0, both) if k <= 2 else lax.fori_loop(0, 8 + k, sweep, both)
+    squares = jnp.sum(both[:, :-k] ** 2, axis=1)
+    order = jnp.argsort(-squares)
+    positive = squares > 0.0
+    lengths = jnp.where(positive, jnp.sqrt(jnp.where(positive, squares, 1.0)), 0.0)
+    lengths = jnp.where(jnp.isnan(squares), jnp.nan, lengths)
+    return lengths[order], both[order, -k:]
+
+
+def _orthogonalise(rows, i: int, j: int):
+    """Turns two rows about one another until their first parts are orthogonal."""
+    k = rows.shape[0]
+    x, y = rows[i], rows[j]
+    product = 2.0 * jnp.dot(x[:-k], y[:-k])
+    difference = jnp.dot(y[:-k], y[:-k]) - jnp.dot(x[:-k], x[:-k])
+    needed = product != 0.0
+    size = jnp.sqrt(jnp.where(needed, difference**2 + product**2, 1.0))
+    side = jnp.where(difference < 0.0, -1.0, 1.0)
+    # A product that vanishes keeps its derivative if the rows differ in length.
+    apart = difference + side * jnp.where(needed, size, jnp.abs(difference))
+    equal = apart == 0.0
+    tangent = jnp.where(equal, 0.0, product / jnp.where(equal, 1.0, apart))
+    cosine = 1.0 / jnp.sqrt(1.0 + tangent**2)
+    sine = cosine * tangent
+    return rows.at[i].set(cosine * x - sine * y).at[j].set(sine * x + cosine * y)
+
+
+def _in_blocks(function, *arrays):
+    """`function` on blocks of the last axis, which is padded with copies of its last entry."""
+    lanes = arrays[0].shape[-1]
+    if lanes <= _BLOCK:
+        return function(*arrays)
+    blocks = -(-lanes // _BLOCK)
+
+    def cut(array):
+        spare = [(0, 0)] * (array.ndim - 1) + [(0, blocks * _BLOCK - lanes)]
+        padded = jnp.pad(array, spare, mode="edge")
+        return jnp.moveaxis(padded.reshape(*array.shape[:-1], blocks, _BLOCK), -2, 0)
+
+    def join(array):
+        return jnp.moveaxis(array, 0, -2).reshape(*array.shape[1:-1], -1)[..., :lanes]
+
+    out = lax.map(lambda parts: function(*parts), tuple(cut(array) for array in arrays))
+    return jax.tree.map(join, out)
+
+
+@lanes_last
+def _eliminate(lift, matrix, right):
+    lanes = matrix.shape[2:] or right.shape[2:]
+    matrix, right = (
+        jnp.broadcast_to(a.reshape(*a.shape[:2], -1), (*a.shape[:2], *(lanes or (1,))))
+        for a in (matrix, right)
+    )
+    solution, sign = _in_blocks(_gauss_jordan, jnp.concatenate([matrix, right], axis=1))
+    return (solution, sign) if lanes else (solution[..., 0], sign[0])
+
+
+def _gauss_jordan(rows):
+    """`A⁻¹ B` and the sign of `det A` for `rows = (A, B)`, with partial pivoting per lane."""
+    n, lanes = rows.shape[0], rows.shape[-1]
+    index = lax.broadcasted_iota(jnp.int32, (n, lanes), 0)
+
+    def eliminate(c, state):
+        rows, sign = state
+        column = lax.dynamic_index_in_dim(rows, c, 1, keepdims=False)
+        size = jnp.where(index >= c, jnp.abs(column), -1.0)
+        chosen = jnp.min(jnp.where(size == jnp.max(size, axis=0), index, n), axis=0)
+        is_pivot = index == chosen
+        pivot_row = jnp.sum(jnp.where(is_pivot[:, None], rows, 0.0), axis=0)
+        swapped = lax.dynamic_index_in_dim(rows, c, 0, keepdims=False)
+        pivot = lax.dynamic_index_in_dim(pivot_row, c, 0, keepdims=False)
+        head = lax.dynamic_index_in_dim(swapped, c, 0, keepdims=False)
+        pivot_row = pivot_row / pivot
+        factors = jnp.where(is_pivot, head, column)[:, None]
+        others = jnp.where(is_pivot[:, None], swapped, rows) - factors * pivot_row
+        rows = jnp.where((index == c)[:, None], pivot_row, others)
+        return rows, sign * jnp.sign(pivot) * jnp.where(chosen == c, 1.0, -1.0)
+
+    rows, sign = lax.fori_loop(0, n, eliminate, (rows, jnp.ones(lanes, rows.dtype)))
+    return rows[:, n:], sign
+
+
+@lanes_last
+def _norm_2(lift, matrix):
+    lanes = matrix.shape[2:]
+    norm = _in_blocks(_power, matrix.reshape(*matrix.shape[:2], -1))
+    return norm if lanes else norm[0]
+
+
+def _power(matrix):
+    """Largest singular value from high powers of the Gram matrix, found by squaring."""
+    size = jnp.max(jnp.abs(matrix), axis=(0, 1))
+    some = (size > 0.0) & jnp.isfinite(size)
+    scaled = jnp.where(some, matrix, 1.0) / jnp.where(some, size, 1.0)
+    gram = jnp.sum(scaled[:, :, None] * scaled[:, None], axis=0)
+    n = gram.shape[0]
+
+    def trace(g):
+        return sum(g[i, i] for i in range(n))
+
+    def spread(g):
+        """Zero once one singular value has outgrown the others."""
+        return 1.0 - jnp.sum(g**2, axis=(0, 1)) / trace(g) ** 2
+
+    def unfinished(state):
+        count, g = state
+        return (count < _SQUARINGS) & jnp.any(spread(g) > 1e-15 * n)
+
+    def square(state):
+        count, g = state
+        g = g / trace(g)
+        return count + 1, jnp.sum(g[:, :, None] * g[None], axis=1)
+
+    _, power = lax.while_loop(unfinished, square, (0, gram))
+    largest = jnp.sum(gram * power, axis=(0, 1)) / trace(power)
+    return jnp.where(some, size * jnp.sqrt(largest), jnp.where(size == 0.0, 0.0, jnp.nan))

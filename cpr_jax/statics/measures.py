@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 from ..robots.robot import Robot
 from ..rods.equations import RodState, strain_energy_density, strains
 from ..rods.integration import rod_energy
+from .linear import inverse_with_sign, norm_2
 from .residual import leg_base, residual
 from .unknowns import unknown_scales, unravel
 
@@ -54,21 +55,31 @@ def measure(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[Measures
     n_a, n_q = robot.n_a, robot.n_a + robot.n_p
     A_p = matrix[:, n_a:]
     A_q = jnp.concatenate([matrix[:, :n_a], matrix[:, n_q:]], axis=1)
-    singular_p = jnp.linalg.svd(A_p, compute_uv=False)
-    nan = jnp.full((), jnp.nan)
-    square = A_q.shape[0] == A_q.shape[1]
+    sigma_t1 = sign_t1 = jnp.full((), jnp.nan)
+    if A_q.shape[0] == A_q.shape[1]:
+        sigma_t1, sign_t1 = _smallest(A_q)
+    sigma_t2, sign_t2 = _smallest(A_p)
     rods = _rods(robot, y, steps)
     measures = Measures(
-        sigma_t1=jnp.linalg.svd(A_q, compute_uv=False)[-1] if square else nan,
-        sigma_t2=singular_p[-1],
-        sign_t1=jnp.linalg.slogdet(A_q)[0] if square else nan,
-        sign_t2=jnp.linalg.slogdet(A_p)[0],
-        condition=singular_p[0] / singular_p[-1],
+        sigma_t1=sigma_t1,
+        sigma_t2=sigma_t2,
+        sign_t1=sign_t1,
+        sign_t2=sign_t2,
+        condition=norm_2(A_p) / sigma_t2,
         motor_torques=motor_torques(robot, y),
         energy=_energy(robot, y, rods),
         bows=_bows(robot, y, rods),
     )
     return measures, jnp.max(jnp.abs(R_0))
+
+
+def _smallest(
+    matrix: Float[Array, "n n"],
+) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    """Smallest singular value of a matrix, and the sign of its determinant."""
+    inverted, sign = inverse_with_sign(matrix)
+    singular = jnp.all(jnp.isfinite(matrix)) & ~jnp.all(jnp.isfinite(inverted))
+    return jnp.where(singular, 0.0, 1.0 / norm_2(inverted)), jnp.where(singular, 0.0, sign)
 
 
 def motor_torques(robot: Robot, y: Float[Array, " n_y"]) -> Float[Array, " n_a"]:

@@ -243,11 +243,7 @@ class _Tally:
 def _solved_chunks(
     study: _Study, options: _Options, seed: int, starts: range
 ) -> Iterator[tuple[int, _Chunk, np.ndarray]]:
-    """Chunks in order, one at a time.
-
-    Two programs with batched LAPACK calls in flight can deadlock: each waits for subtasks in
-    XLA's thread pool, which both fill. One program uses the cores by itself.
-    """
+    """Chunks in order, one at a time: one program keeps the cores busy by itself."""
     for start in starts:
         yield start, *_solve_chunk(study, options, seed, start)
 

@@ -79,11 +79,11 @@ def test_home_of_the_3_rfr_is_on_a_branch_and_solves_both_problems():
     """The home of a robot is a rough configuration: its platform is where its motors put it."""
     robot = three_rfr()
     forward = solve_forward(robot, robot.home.q_a)
-    np.testing.assert_allclose(forward.q_p, robot.home.q_p, atol=0.1)
+    np.testing.assert_allclose(forward.q_p, robot.home.q_p, rtol=0, atol=0.1)
     inverse = solve_inverse(robot, robot.home.q_p)
-    np.testing.assert_allclose(inverse.q_a, robot.home.q_a, atol=0.1)
+    np.testing.assert_allclose(inverse.q_a, robot.home.q_a, rtol=0, atol=0.1)
     back = solve_forward(robot, inverse.q_a)
-    np.testing.assert_allclose(back.q_p, robot.home.q_p, atol=1e-10)
+    np.testing.assert_allclose(back.q_p, robot.home.q_p, rtol=0, atol=1e-10)
 
 
 def test_the_3_rfr_is_symmetric_but_for_its_load():
@@ -92,12 +92,12 @@ def test_the_3_rfr_is_symmetric_but_for_its_load():
     third = 2.0 * np.pi / 3.0
     turn = np.array([[np.cos(third), -np.sin(third)], [np.sin(third), np.cos(third)]])
     for place in (robot.legs.base_position, robot.legs.attachment_position):
-        np.testing.assert_allclose(place @ turn.T, np.roll(place, -1, axis=0), atol=1e-15)
+        np.testing.assert_allclose(place @ turn.T, np.roll(place, -1, axis=0), rtol=0, atol=1e-15)
     unloaded = dataclasses.replace(robot, f_P=jnp.zeros(2))
     solved = solve_inverse(unloaded, robot.home.q_p)
     steps = np.diff(np.asarray(solved.q_a)) - third
-    np.testing.assert_allclose(np.sin(steps), 0.0, atol=1e-9)
-    np.testing.assert_allclose(solved.mu[:, 2], solved.mu[0, 2], atol=1e-9)
+    np.testing.assert_allclose(np.sin(steps), 0.0, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(solved.mu[:, 2], solved.mu[0, 2], rtol=0, atol=1e-9)
 
 
 def test_leg_of_a_robot():
@@ -163,6 +163,6 @@ def test_a_planar_robot_in_space_keeps_its_plane():
     for vector in spatial.legs.base_rotation:
         rotation = SPACE.exp(tuple(vector))
         columns = [np.asarray(jnp.stack(SPACE.rotate(rotation, axis))) for axis in np.eye(3)]
-        np.testing.assert_allclose(columns, [[0, 1, 0], [0, 0, 1], [1, 0, 0]], atol=1e-15)
+        np.testing.assert_allclose(columns, [[0, 1, 0], [0, 0, 1], [1, 0, 0]], rtol=0, atol=1e-15)
     np.testing.assert_array_equal(spatial.legs.base_position[:, 0], 0.0)
     np.testing.assert_array_equal(spatial.f_P, [0.0, 0.0, -0.5])

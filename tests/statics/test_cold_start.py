@@ -41,7 +41,7 @@ def walk(paper, published):
             y, alive = carry
             point = start + direction * STEP * (k + 1)
             target = jnp.concatenate([jnp.zeros(2), point])
-            root = find_root(Problem(paper, inverse_rows(paper), target), y)
+            root = find_root(Problem(paper, inverse_rows(paper), target), y, verify=False)
             near = jnp.max(jnp.abs(root.y[:2] - y[:2])) < 0.3
             alive &= near & (root.status == Status.SOLVED) & jnp.all(signs(root.y) == here)
             y = jnp.where(alive, root.y, y)
@@ -99,4 +99,4 @@ def test_cold_starts_are_solved_to_tolerance(paper, cold):
 def test_no_cold_start_takes_another_branch(cold):
     _, ys, equilibria = cold
     solved = np.asarray(equilibria.status) == Status.SOLVED
-    np.testing.assert_allclose(equilibria.q_a[solved], ys[solved, :2], atol=1e-8)
+    np.testing.assert_allclose(equilibria.q_a[solved], ys[solved, :2], rtol=0, atol=1e-8)

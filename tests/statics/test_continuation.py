@@ -21,7 +21,7 @@ def test_a_smooth_branch_is_followed_to_its_end():
     assert int(found.status) == Status.SOLVED
     assert float(found.progress) == 2.0
     np.testing.assert_allclose(found.y, [-3.0], rtol=1e-3)
-    np.testing.assert_allclose(found.y**3 + found.y, -30.0, atol=1e-8)
+    np.testing.assert_allclose(found.y**3 + found.y, -30.0, rtol=0, atol=1e-8)
     assert float(found.sign) == 1.0
 
 
@@ -34,7 +34,7 @@ def test_a_fold_ends_the_branch(end):
     reached = -1.0 + float(found.progress) * (end + 1.0)
     assert -0.05 * (1.0 + end) < reached <= 0.0
     assert float(found.y[0]) > 0.0
-    np.testing.assert_allclose(found.y[0] ** 2, -reached, atol=1e-8)
+    np.testing.assert_allclose(found.y[0] ** 2, -reached, rtol=0, atol=1e-8)
 
 
 def test_steps_that_run_out_are_not_a_fold():
@@ -59,7 +59,7 @@ def test_two_close_branches_are_not_mixed_up(gap):
     for start, offset in ((0.0, 0.0), (gap, gap)):
         found = track(equations, [start], [[0.0], [2.0]])
         assert int(found.status) == Status.SOLVED
-        np.testing.assert_allclose(found.y, np.sin(10.0) + offset, atol=1e-6)
+        np.testing.assert_allclose(found.y, np.sin(10.0) + offset, rtol=0, atol=1e-6)
 
 
 @pytest.mark.parametrize("gap", [0.3, 0.1])
@@ -72,7 +72,7 @@ def test_close_branches_of_equal_sign_are_not_mixed_up(gap):
 
     found = track(equations, [0.0], [[0.0], [2.0]])
     assert int(found.status) == Status.SOLVED
-    np.testing.assert_allclose(found.y, np.sin(10.0), atol=1e-6)
+    np.testing.assert_allclose(found.y, np.sin(10.0), rtol=0, atol=1e-6)
 
 
 def test_a_loop_around_a_branch_point_leads_to_the_other_root():
@@ -84,15 +84,15 @@ def test_a_loop_around_a_branch_point_leads_to_the_other_root():
     corners = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0], [1.0, 0.0]]
     once = track(square, [1.0, 0.0], corners)
     assert int(once.status) == Status.SOLVED
-    np.testing.assert_allclose(once.y, [-1.0, 0.0], atol=1e-9)
+    np.testing.assert_allclose(once.y, [-1.0, 0.0], rtol=0, atol=1e-9)
     twice = track(square, [1.0, 0.0], corners + corners[1:])
-    np.testing.assert_allclose(twice.y, [1.0, 0.0], atol=1e-9)
+    np.testing.assert_allclose(twice.y, [1.0, 0.0], rtol=0, atol=1e-9)
 
 
 def test_a_start_near_the_root_is_polished():
     found = track(lambda y, h: y**3 + y - h, [1.01], [[2.0], [2.0]])
     assert int(found.status) == Status.SOLVED
-    np.testing.assert_allclose(found.y, [1.0], atol=1e-8)
+    np.testing.assert_allclose(found.y, [1.0], rtol=0, atol=1e-8)
 
 
 def test_lanes_follow_their_own_paths():
@@ -105,4 +105,4 @@ def test_lanes_follow_their_own_paths():
     found = jax.jit(jax.vmap(one))(ends)
     expected = [Status.SOLVED, Status.LOST, Status.SOLVED, Status.NOT_FINITE]
     assert list(np.asarray(found.status)) == expected
-    np.testing.assert_allclose(found.y[np.array([0, 2]), 0], [2.0, 0.5], atol=1e-9)
+    np.testing.assert_allclose(found.y[np.array([0, 2]), 0], [2.0, 0.5], rtol=0, atol=1e-9)

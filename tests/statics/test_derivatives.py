@@ -62,7 +62,9 @@ def test_jacobian_against_differences_of_solves(paper, off_axis, by_motors_held,
             return np.asarray(solve_forward(moved, off_axis.q_a, guess=off_axis).y)
 
         expected = (solved(step) - solved(-step)) / (2.0 * step)
-        np.testing.assert_allclose(jacobian[(..., *at)], expected, atol=1e-6 * scale(expected))
+        np.testing.assert_allclose(
+            jacobian[(..., *at)], expected, rtol=0, atol=1e-6 * scale(expected)
+        )
 
 
 def scale(values):
@@ -76,9 +78,11 @@ def test_jacobian_in_the_motor_angles(paper, off_axis, by_motors_held):
             solve_forward(paper, off_axis.q_a + sign * unit, guess=off_axis).y for sign in (1, -1)
         )
         expected = (above - below) / (2.0 * step)
-        np.testing.assert_allclose(by_motors_held[1][:, i], expected, atol=1e-6 * scale(expected))
+        np.testing.assert_allclose(
+            by_motors_held[1][:, i], expected, rtol=0, atol=1e-6 * scale(expected)
+        )
     # The motors are held, and each moves with its own angle.
-    np.testing.assert_allclose(by_motors_held[1][:2], np.eye(2), atol=1e-14)
+    np.testing.assert_allclose(by_motors_held[1][:2], np.eye(2), rtol=0, atol=1e-14)
 
 
 def test_what_is_not_physics_has_no_derivative(by_motors_held):
@@ -96,8 +100,8 @@ def test_scaling_all_stiffnesses_and_forces_moves_nothing(pushed, slopes):
     stiffer = -jnp.tensordot(by_robot.legs.rod.curvature_compliance, compliance, 2)
     change = np.asarray(stiffer + by_robot.f_P @ robot.f_P)
     assert np.max(np.abs(stiffer[2:4])) > 1e-3
-    np.testing.assert_allclose(change[:4], 0.0, atol=1e-10)
-    np.testing.assert_allclose(change[4:], equilibrium.mu.reshape(-1), atol=1e-9)
+    np.testing.assert_allclose(change[:4], 0.0, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(change[4:], equilibrium.mu.reshape(-1), rtol=0, atol=1e-9)
 
 
 def test_moving_and_turning_the_whole_robot(paper, off_axis, by_motors_held):
@@ -106,17 +110,17 @@ def test_moving_and_turning_the_whole_robot(paper, off_axis, by_motors_held):
     shift = np.asarray(by_robot.legs.base_position).sum(axis=1)
     expected = np.zeros_like(shift)
     expected[2:4] = np.eye(2)
-    np.testing.assert_allclose(shift, expected, atol=1e-11)
+    np.testing.assert_allclose(shift, expected, rtol=0, atol=1e-11)
     # Turning the mounts does what turning the motors does.
     np.testing.assert_allclose(
-        by_robot.legs.base_rotation[2:, :, 0], by_motors_held[1][2:], atol=1e-10
+        by_robot.legs.base_rotation[2:, :, 0], by_motors_held[1][2:], rtol=0, atol=1e-10
     )
 
 
 def test_compliance_of_the_platform_is_symmetric(off_axis, by_motors_held, slopes):
     """Dead loads are conservative; with the moment row as (15) prints it, the legs are not."""
     compliance = np.asarray(by_motors_held[0].f_P[2:4])
-    np.testing.assert_allclose(compliance, compliance.T, atol=1e-11)
+    np.testing.assert_allclose(compliance, compliance.T, rtol=0, atol=1e-11)
     assert np.all(np.linalg.eigvalsh(compliance) > 0.0)
     printed = rfrfr(printed_moment_row=True)
     equilibrium = solve_inverse(printed, off_axis.q_p)
@@ -135,5 +139,5 @@ def test_reverse_mode_equals_forward_mode(paper, off_axis, by_motors_held):
     for name, leaf in LEAVES.items():
         forward = leaf(by_motors_held[0])
         np.testing.assert_allclose(
-            leaf(reverse), forward, atol=1e-10 * scale(forward), err_msg=name
+            leaf(reverse), forward, rtol=0, atol=1e-10 * scale(forward), err_msg=name
         )

@@ -42,7 +42,7 @@ def test_damping_reaches_what_plain_newton_overshoots():
         jnp.array([3.0])
     )
     assert bool(found.result == SOLVED)
-    np.testing.assert_allclose(found.value, 0.0, atol=1e-15)
+    np.testing.assert_allclose(found.value, 0.0, rtol=0, atol=1e-15)
 
 
 def test_no_root_is_no_success():

@@ -48,14 +48,14 @@ def test_against_differences_of_gradients(gradient, hessian, published):
     expected = np.stack(columns, axis=1)
     largest = np.max(np.abs(expected))
     assert largest > 0.1
-    np.testing.assert_allclose(hessian, expected, atol=1e-5 * largest)
+    np.testing.assert_allclose(hessian, expected, rtol=0, atol=1e-5 * largest)
 
 
 def test_forward_over_forward_equals_reverse_over_reverse(value, hessian, published):
     reverse = jax.jit(jax.jacrev(jax.grad(value)))(RHO, published)
     largest = np.max(np.abs(hessian))
-    np.testing.assert_allclose(reverse, hessian, atol=1e-10 * largest)
-    np.testing.assert_allclose(hessian, hessian.T, atol=1e-10 * largest)
+    np.testing.assert_allclose(reverse, hessian, rtol=0, atol=1e-10 * largest)
+    np.testing.assert_allclose(hessian, hessian.T, rtol=0, atol=1e-10 * largest)
 
 
 def test_a_derivative_belongs_to_the_root_and_not_to_the_way_there(gradient, published):
