@@ -50,6 +50,7 @@ def follow(
     path: Float[Array, "points k"],
     max_steps: int = 400,
     first_step: float = 0.1,
+    min_step: float = _MIN_STEP,
 ) -> Track:
     """Follows the root of `equations(y, h) = 0` while `h` runs along a polygon.
 
@@ -63,7 +64,7 @@ def follow(
     - `equations`: dimensionless, square in `y`.
     - `start`: a root at `path[0]`.
     - `path`: corners of the polygon, at least two.
-    - `first_step`: length of the first step, in segments.
+    - `first_step`, `min_step`: length of the first and of the shortest step, in segments.
     """
     segments = path.shape[0] - 1
 
@@ -98,7 +99,7 @@ def follow(
         return y, norm <= _CORRECTED, sign, jacobian
 
     def unfinished(walk):
-        return (walk.position < segments) & (walk.step > _MIN_STEP) & (walk.steps < max_steps)
+        return (walk.position < segments) & (walk.step > min_step) & (walk.steps < max_steps)
 
     def advance(walk):
         # The first advance stays where it is: it polishes the start and gets its Jacobian.
@@ -106,7 +107,7 @@ def follow(
         segment = jnp.floor(walk.position).astype(int)
         rest = segment + 1.0 - walk.position
         # Land on each corner: the tangent turns there.
-        lands = walk.step >= rest - _MIN_STEP
+        lands = walk.step >= rest - min_step
         end = jnp.where(lands, segment + 1.0, walk.position + walk.step)
         end = jnp.where(first, 0.0, end)
         taken = end - walk.position
@@ -146,7 +147,7 @@ def follow(
         Status.SOLVED,
         jnp.where(
             finite,
-            jnp.where(walk.step > _MIN_STEP, Status.NOT_CONVERGED, Status.LOST),
+            jnp.where(walk.step > min_step, Status.NOT_CONVERGED, Status.LOST),
             Status.NOT_FINITE,
         ),
     )

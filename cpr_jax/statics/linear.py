@@ -7,7 +7,7 @@ threads that run the program: two such batches that meet can block each other fo
 import jax
 import jax.numpy as jnp
 from jax import lax
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from ..lanes import lanes_last
 
@@ -24,6 +24,13 @@ def solve_with_sign(
     """`A⁻¹ b` and the sign of `det A`; not finite where A is singular. Not differentiated."""
     solution, sign = _eliminate(matrix, right[:, None])
     return solution[:, 0], sign
+
+
+def solve_many_with_sign(
+    matrix: Float[Array, "n n"], rights: Float[Array, "n k"]
+) -> tuple[Float[Array, "n k"], Float[Array, ""]]:
+    """As `solve_with_sign` for several right-hand sides, the columns of `rights`."""
+    return _eliminate(matrix, rights)
 
 
 def inverse_with_sign(matrix: Float[Array, "n n"]) -> tuple[Float[Array, "n n"], Float[Array, ""]]:
@@ -46,6 +53,14 @@ def _inverse_jvp(primals, tangents):
 def norm_2(matrix: Float[Array, "n m"]) -> Float[Array, ""]:
     """Largest singular value; NaN where an entry is not finite. Not differentiated."""
     return _norm_2(matrix)
+
+
+def negative_eigenvalues(matrix: Float[Array, "n n"]) -> Int[Array, ""]:
+    """How many eigenvalues of a symmetric matrix are negative; zeros count as positive.
+
+    Sylvester's law of inertia: as many as pivots of `L D Lᵀ`. Not differentiated.
+    """
+    return _negative_pivots(matrix)
 
 
 def row_axes(matrix: Float[Array, "k m"]) -> tuple[Float[Array, " k"], Float[Array, "k k"]]:
@@ -180,3 +195,34 @@ def _power(matrix):
     _, power = lax.while_loop(unfinished, square, (0, gram))
     largest = jnp.sum(gram * power, axis=(0, 1)) / trace(power)
     return jnp.where(some, size * jnp.sqrt(largest), jnp.where(size == 0.0, 0.0, jnp.nan))
+
+
+@lanes_last
+def _negative_pivots(lift, matrix):
+    lanes = matrix.shape[2:]
+    count = _in_blocks(_pivots, matrix.reshape(*matrix.shape[:2], -1))
+    return count if lanes else count[0]
+
+
+def _pivots(matrix):
+    """Negative pivots of `L D Lᵀ`, the largest first; a pivot of zero becomes a tiny one."""
+    n, lanes = matrix.shape[0], matrix.shape[-1]
+    index = lax.broadcasted_iota(jnp.int32, (n, lanes), 0)
+    tiny = 1e-14 * jnp.max(jnp.abs(matrix), axis=(0, 1))
+    tiny = jnp.where(tiny > 0.0, tiny, 1.0)
+
+    def eliminate(_, state):
+        rest, used, count = state
+        diagonal = jnp.stack([rest[i, i] for i in range(n)])
+        size = jnp.where(used, -1.0, jnp.abs(diagonal))
+        chosen = jnp.min(jnp.where(size == jnp.max(size, axis=0), index, n), axis=0)
+        is_pivot = index == chosen
+        row = jnp.sum(jnp.where(is_pivot[:, None], rest, 0.0), axis=0)
+        pivot = jnp.sum(jnp.where(is_pivot, diagonal, 0.0), axis=0)
+        pivot = jnp.where(jnp.abs(pivot) < tiny, tiny, pivot)
+        row = jnp.where(used, 0.0, row)
+        rest = rest - row[:, None] * row / pivot
+        return rest, used | is_pivot, count + (pivot < 0.0)
+
+    start = matrix, jnp.zeros((n, lanes), bool), jnp.zeros(lanes, jnp.int32)
+    return lax.fori_loop(0, n, eliminate, start)[2]

@@ -1,0 +1,126 @@
+"""From equilibria to ones nearby, many at once: the step of a map."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from ..robots.robot import Robot
+from ..rods.integration import DEFAULT_STEPS
+from .continuation import follow
+from .linear import solve_many_with_sign
+from .problem import Problem, full_residual
+from .status import Status
+from .unknowns import unknown_scales
+
+_CLOSE = 1e-9
+_ITERATIONS = 5
+_SHORTEST = 2e-3
+
+
+class Nearby(NamedTuple):
+    """Equilibria at new imposed coordinates, in the dimensionless unknowns `y / unknown_scales`.
+
+    **Attributes:**
+
+    - `y`: the unknowns.
+    - `slope`: `∂y/∂q` along the axes that vary, per metre or radian.
+    - `sign`: of `det ∂R/∂y`.
+    - `deviation`: largest distance of an unknown from its prediction.
+    - `converged`: whether y is an equilibrium; its branch is for the caller to judge.
+    """
+
+    y: Float[Array, "*lanes n_y"]
+    slope: Float[Array, "*lanes n_y axes"]
+    sign: Float[Array, "*lanes"]
+    deviation: Float[Array, "*lanes"]
+    converged: Bool[Array, "*lanes"]
+
+
+@eqx.filter_jit
+def advance(
+    robot: Robot,
+    imposed: Float[Array, "n_a n_q"],
+    axes: tuple[int, ...],
+    guess: Float[Array, "lanes n_y"],
+    goal: Float[Array, "lanes n_q"],
+    steps: int = DEFAULT_STEPS,
+) -> Nearby:
+    """Newton's method from predictions, undamped: it converges at once or the caller goes slower.
+
+    **Arguments:**
+
+    - `axes`: the entries of `(q_a, q_p)` that vary.
+    - `guess`: dimensionless unknowns predicted at `goal`.
+    """
+    rows = _rows(robot, imposed, axes)
+
+    def one(guess, goal):
+        def unfinished(state):
+            _, norm, _, _, count = state
+            return (count < _ITERATIONS) & (norm > _CLOSE)
+
+        def newton(state):
+            y, *_, count = state
+            jacobian, f = _expand(robot, imposed, goal, y, steps)
+            solved, sign = solve_many_with_sign(jacobian, jnp.column_stack([-f, rows]))
+            # Below the tolerance the step at hand squares the error once more.
+            return y + solved[:, 0], jnp.max(jnp.abs(f)), sign, solved[:, 1:], count + 1
+
+        one = jnp.ones((), guess.dtype)
+        first = (guess, jnp.inf * one, one, jnp.zeros((guess.size, len(axes))), jnp.array(0))
+        y, norm, sign, slope, _ = jax.lax.while_loop(unfinished, newton, first)
+        converged = (norm <= _CLOSE) & jnp.all(jnp.isfinite(y))
+        return Nearby(y, slope, sign, jnp.max(jnp.abs(y - guess)), converged)
+
+    return jax.vmap(one)(guess, goal)
+
+
+@eqx.filter_jit
+def creep(
+    robot: Robot,
+    imposed: Float[Array, "n_a n_q"],
+    axes: tuple[int, ...],
+    start: Float[Array, "lanes n_y"],
+    begin: Float[Array, "lanes n_q"],
+    goal: Float[Array, "lanes n_q"],
+    steps: int = DEFAULT_STEPS,
+) -> Nearby:
+    """Follows the branch from `begin` to `goal` in steps as small as they need be.
+
+    Each way ends where steps shorter than 0.2 % of it would be needed: at a fold.
+    """
+    rows = _rows(robot, imposed, axes)
+
+    def one(start, begin, goal):
+        def equations(y, h):
+            return full_residual(y, Problem(robot, imposed, h), steps)
+
+        track = follow(
+            equations, start, jnp.stack([begin, goal]), max_steps=60, min_step=_SHORTEST
+        )
+        jacobian, f = _expand(robot, imposed, goal, track.y, steps)
+        solved, sign = solve_many_with_sign(jacobian, jnp.column_stack([-f, rows]))
+        converged = (track.status == Status.SOLVED) & (jnp.max(jnp.abs(f)) <= _CLOSE)
+        y = track.y + solved[:, 0]
+        return Nearby(y, solved[:, 1:], sign, jnp.zeros(()), converged & (sign == track.sign))
+
+    return jax.vmap(one)(start, begin, goal)
+
+
+def _rows(robot: Robot, imposed, axes):
+    """Minus the derivative of the dimensionless residual in the imposed axes."""
+    units = unknown_scales(robot)
+    chosen = jnp.array(axes)
+    free = jnp.zeros((units.size - imposed.shape[0], len(axes)))
+    return jnp.concatenate([free, imposed[:, chosen] / units[chosen]])
+
+
+def _expand(robot, imposed, goal, y, steps):
+    def evaluate(y):
+        f = full_residual(y, Problem(robot, imposed, goal), steps)
+        return f, f
+
+    return jax.jacfwd(evaluate, has_aux=True)(y)
