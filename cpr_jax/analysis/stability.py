@@ -5,14 +5,15 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from ..geometry import AbstractGeometry
+from ..geometry import AbstractGeometry, Components
 from ..robots.leg import Leg
 from ..robots.robot import Robot
 from ..rods.equations import RodState
-from ..rods.integration import DEFAULT_STEPS, rod_shape
+from ..rods.integration import DEFAULT_STEPS, rod_shape, rod_tip
+from ..rods.rod import Rod
 from ..statics.equilibrium import Equilibrium
 from ..statics.linear import inverse_with_sign, negative_eigenvalues
-from ..statics.residual import leg_base, to_world
+from ..statics.residual import LegBase, leg_base, to_world
 from ..statics.unknowns import scales, unravel
 
 _SOFTENING = 1e-11
@@ -45,10 +46,11 @@ def stability(robot: Robot, equilibrium: Equilibrium, steps: int = DEFAULT_STEPS
 
     By Haynsworth's additivity the index is the sum of those of the rods with both ends clamped,
     of what the joints leave free, and of the platform. That of a clamped rod is the number of
-    its conjugate points; here it is taken from the wrenches, as the number of sign changes of
-    `det ∂(n, m)(s)/∂(n, m)(0)` along the rod (the index with a free end), less the negative
-    eigenvalues of the flexibility `∂(p, φ)(l)/∂(n, m)(l)` of its tip. Unlike conjugate points
-    themselves this is well-behaved near the base, and for straight rods.
+    its conjugate points. Here it is taken from the rod with a free end under dead loads, built up
+    from its `steps` pieces, less the negative eigenvalues of the flexibility of its tip. Unlike
+    conjugate points this is well-behaved near the base, for straight rods, and where several of
+    them coincide. Each piece must be stable by itself, which fails beyond forces of about
+    `(steps π / 2)² k_b / l²`.
 
     NaN-valued equilibria give an index of -1. Rods under distributed moments, which have no
     energy, are judged by the symmetric part of their flexibility.
@@ -69,24 +71,24 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Stabili
     state = unravel(robot, y)
     units = scales(robot)
     pose, wrench = units.pose(robot), units.wrench(robot)
-    orientation = geometry.exp(state.q_p[d:]) if robot.oriented else geometry.identity
+    orientation: Components = geometry.identity
+    if robot.oriented:
+        orientation = geometry.exp(state.q_p[d:])
 
     def one(leg: Leg, q, mu):
-        U, V, tip = _leg_tangents(geometry, leg, q, mu, steps)
-        U, V = U / pose[:, None] * wrench, V / wrench[:, None] * wrench
-        inverses, signs = jax.vmap(inverse_with_sign)(V)
-        free_end = jnp.sum(signs[1:] != signs[:-1])
-        flexibility = U @ inverses[-1]
-        flexibility = 0.5 * (flexibility + flexibility.T)
-        clamped = free_end - negative_eigenvalues(flexibility)
+        pieces, tip = _pieces(geometry, leg, q, mu, steps)
+        both = jnp.concatenate([pose, wrench])
+        pieces = pieces / both[:, None] * both[d:]
+        flexibility = _tip_flexibility(geometry, pieces) + _SOFTENING * jnp.eye(mu.size)
+        clamped = _free_end_index(geometry, pieces) - negative_eigenvalues(flexibility)
 
-        softened = flexibility + _SOFTENING * jnp.eye(mu.size)
-        K = inverse_with_sign(softened)[0] * wrench[:, None] / pose
+        K = inverse_with_sign(flexibility)[0] * wrench[:, None] / pose
         b = jnp.stack(geometry.rotate(tip.rotation, leg.b))
         A = jnp.eye(mu.size).at[:d, d:].set(-_spin(geometry, b))
         K = (A.T @ K @ A).at[d:, d:].add(_lever(geometry, b, tip.force))
 
-        arm = jnp.stack(geometry.rotate(orientation, leg.attachment_position))
+        # From the platform to where the joint is, which differs from its attachment by a slide.
+        arm = tip.position + b - state.q_p[:d]
         follows = jnp.eye(mu.size, robot.n_p)
         if robot.oriented:
             follows = follows.at[:d, d:].set(_spin(geometry, arm))
@@ -96,7 +98,12 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Stabili
         moves = Q.T @ follows / pose[:, None] * pose[: robot.n_p]
         free = leg.joint.free
         inner = free[:, None] * K_joint * free + jnp.diag(1.0 - free)
-        cross = free[:, None] * (K_joint @ moves)
+        cross = K_joint @ moves
+        if robot.oriented:
+            moment = tip.moment - jnp.stack(geometry.cross(b, tip.force))
+            carried = _carried(geometry, Q, tip.force, moment)
+            cross = cross.at[:, d:].add(carried / wrench[:, None])
+        cross = free[:, None] * cross
         seen = moves.T @ K_joint @ moves - cross.T @ inverse_with_sign(inner)[0] @ cross
         if robot.oriented:
             turned = _lever(geometry, arm, tip.force) / (units.force * units.length)
@@ -111,37 +118,84 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Stabili
     return Stability(jnp.where(known, index, -1), jnp.where(known, legs, -1), si)
 
 
-def _leg_tangents(geometry: AbstractGeometry, leg: Leg, q, mu, steps: int):
-    """`∂(p, φ)(l)/∂μ`, `∂(n, m)(s)/∂μ` at the steps along a rod, and its tip, in world axes.
+def _pieces(geometry: AbstractGeometry, leg: Leg, q, mu, steps: int):
+    """Tangents of the pieces into which the steps cut a rod, and its tip, in world axes.
 
-    In space moments are taken with half the turn of their axes, `δm - ½ δφ × m`: position and
-    momentum in this sense are conjugate, so that flexibilities are symmetric.
+    Of each piece `∂(p, φ, n, m)` at its end in `(φ, n, m)` at its start, the start's position
+    held. In space moments are taken with half the turn of their axes, `δm - ½ δφ × m`: position
+    and momentum in this sense are conjugate, so that flexibilities are symmetric.
     """
+    d, r = geometry.d, geometry.r
     base = leg_base(geometry, leg, q, mu)
+    along = rod_shape(geometry, base.rod, base.force, base.moment, steps)
+    nodes = jax.vmap(lambda state: to_world(geometry, base, state))(along)
 
-    def along(mu):
-        force = jnp.stack(geometry.unrotate(base.rotation, mu[: geometry.d]))
-        moment = jnp.stack(geometry.to_local(base.rotation, mu[geometry.d :]))
-        local = rod_shape(geometry, base.rod, force, moment, steps)
+    def move(change, start: RodState, end: RodState):
+        turn, n, m = jnp.split(change, [r, r + d])
+        rotation = geometry.compose(geometry.exp(turn), start.rotation)
+        moment = start.moment + m + 0.5 * _turned(geometry, turn, start.moment)
+        load, couple = leg.rod.force, leg.rod.moment
+        rod = Rod(
+            length=base.rod.length / steps,
+            curvature_compliance=leg.rod.curvature_compliance,
+            precurvature=leg.rod.precurvature,
+            strain_compliance=leg.rod.strain_compliance,
+            force=None if load is None else jnp.stack(geometry.unrotate(rotation, load)),
+            moment=None if couple is None else jnp.stack(geometry.to_local(rotation, couple)),
+        )
+        first = LegBase(
+            position=start.position,
+            rotation=rotation,
+            motor=base.motor,
+            rod=rod,
+            force=jnp.stack(geometry.unrotate(rotation, start.force + n)),
+            moment=jnp.stack(geometry.to_local(rotation, moment)),
+        )
+        last = to_world(geometry, first, rod_tip(geometry, rod, first.force, first.moment, 1))
+        turn = geometry.log(geometry.compose(last.rotation, geometry.inverse(end.rotation)))
+        moment = last.moment - 0.5 * _turned(geometry, jnp.stack(turn), end.moment)
+        return jnp.concatenate([last.position, jnp.stack(turn), last.force, moment])
 
-        def expand(state: RodState):
-            world = to_world(geometry, base, state)
-            fixed = jax.lax.stop_gradient(world)
-            turn = jnp.stack(
-                geometry.log(geometry.compose(world.rotation, geometry.inverse(fixed.rotation)))
-            )
-            moment = world.moment - 0.5 * _turned(geometry, turn, fixed.moment)
-            return (
-                jnp.concatenate([world.position, turn]),
-                jnp.concatenate([world.force, moment]),
-                world,
-            )
+    starts, ends = (jax.tree.map(lambda leaf, k=k: leaf[k : k + steps], nodes) for k in (0, 1))
+    tangents = jax.vmap(jax.jacfwd(move), in_axes=(None, 0, 0))(jnp.zeros(d + 2 * r), starts, ends)
+    return tangents, jax.tree.map(lambda leaf: leaf[-1], nodes)
 
-        poses, wrenches, world = jax.vmap(expand)(local)
-        return (poses[-1], wrenches), jax.tree.map(lambda leaf: leaf[-1], world)
 
-    (U, V), tip = jax.jacfwd(along, has_aux=True)(mu)
-    return U, V, tip
+def _tip_flexibility(geometry: AbstractGeometry, pieces):
+    """`∂(p, φ)(l)/∂(n, m)(l)` of a rod whose base is held."""
+    d, f = geometry.d, geometry.freedoms
+
+    def forward(tangent, piece):
+        moved = piece @ tangent[d:]
+        return moved.at[:d].add(tangent[:d]), None
+
+    held = jnp.concatenate([jnp.zeros((f, f)), jnp.eye(f)])
+    tip = jax.lax.scan(forward, held, pieces)[0]
+    flexibility = tip[:f] @ inverse_with_sign(tip[f:])[0]
+    return 0.5 * (flexibility + flexibility.T)
+
+
+def _free_end_index(geometry: AbstractGeometry, pieces):
+    """Index of a rod that nothing but dead loads holds at its tip.
+
+    From the tip to the base, one piece after the other is added to what it carries, of which
+    only the stiffness against turns `P` is not zero. With the flexibility A of the piece the
+    new joint between both adds the negative eigenvalues of `A⁻¹ + P`.
+    """
+    d, r = geometry.d, geometry.r
+    f = d + r
+
+    def backward(carried, piece):
+        turn_by_turn, turn_by_moment = piece[d:f, :r], piece[d:f, f:]
+        moment_by_turn, moment_by_moment = piece[f + d :, :r], piece[f + d :, f:]
+        flexibility = turn_by_moment @ inverse_with_sign(moment_by_moment)[0]
+        flexibility = 0.5 * (flexibility + flexibility.T) + _SOFTENING * jnp.eye(r)
+        count = negative_eigenvalues(inverse_with_sign(flexibility)[0] + carried)
+        held = inverse_with_sign(moment_by_moment + carried @ turn_by_moment)[0]
+        stiffness = held @ (moment_by_turn + carried @ turn_by_turn)
+        return 0.5 * (stiffness + stiffness.T), count
+
+    return jnp.sum(jax.lax.scan(backward, jnp.zeros((r, r)), pieces, reverse=True)[1])
 
 
 def _turned(geometry: AbstractGeometry, turn, moment):
@@ -164,6 +218,14 @@ def _lever(geometry: AbstractGeometry, arm, force) -> Float[Array, "r r"]:
         return along
     product = jnp.outer(arm, force)
     return along - 0.5 * (product + product.T)
+
+
+def _carried(geometry: AbstractGeometry, axes, force, moment) -> Float[Array, "freedoms r"]:
+    """Work of a wrench on the motions of a joint along its axes, per turn that carries them."""
+    d = geometry.d
+    slides = jax.vmap(lambda axis: jnp.stack(geometry.cross(axis, force)))(axes[:d, :d].T)
+    turns = jax.vmap(lambda axis: 0.5 * _turned(geometry, axis, moment))(axes[d:, d:].T)
+    return jnp.concatenate([slides, turns])
 
 
 def _axes(geometry: AbstractGeometry, rotation) -> Float[Array, "freedoms freedoms"]:

@@ -14,6 +14,7 @@ from ..robots import catalogue
 from ..robots.files import robot_from_specification
 from ..robots.names import CatalogueEntry
 from ..robots.robot import Robot
+from ..robots.specification import RobotSpecification
 from ..statics.equilibrium import Equilibrium, solve_forward, solve_inverse
 from ..statics.status import Status
 from ..statics.unknowns import unknown_labels, unknown_units
@@ -42,7 +43,7 @@ def solve(request: Request, as_json: bool) -> int:
     robot, equilibrium = _equilibrium(request, as_json)
     answer = _describe(equilibrium)
     if as_json:
-        _print_json(answer)
+        print_json(answer)
         return 0
     labels, units = unknown_labels(robot), unknown_units(robot)
     print(f"{robot.name}: {answer['status']}, residual {answer['residual']:.1e}")
@@ -62,7 +63,7 @@ def sensitivity(request: Request, hold: str, as_json: bool) -> int:
     result = analyse(robot, equilibrium, request.parameters, request.delta, hold)
     ellipse = ellipsoid(result)
     if as_json:
-        _print_json(
+        print_json(
             {
                 **_describe(equilibrium),
                 "hold": hold,
@@ -117,7 +118,7 @@ def monte_carlo(
         units = unknown_units(robot)[n_a : n_a + robot.n_p]
         save_dataset(samples_dataset([result], ["point"], units), out)
     if as_json:
-        _print_json(
+        print_json(
             {
                 "coverage": result.coverage,
                 "coverage_interval": result.coverage_interval,
@@ -149,7 +150,7 @@ def paper(out: str, samples: int, seed: int, as_json: bool) -> int:
 
     report = make_paper(out, samples, seed, progress=sys.stderr.isatty())
     if as_json:
-        _print_json(report)
+        print_json(report)
         return 0
     for claim in report["claims"]:
         mark = "agrees" if claim["agrees"] else "DIFFERS"
@@ -158,13 +159,16 @@ def paper(out: str, samples: int, seed: int, as_json: bool) -> int:
     return 0
 
 
+def load(entry: CatalogueEntry | RobotSpecification) -> Robot:
+    """The robot that a request names."""
+    if isinstance(entry, CatalogueEntry):
+        return getattr(catalogue, entry.function)()
+    return robot_from_specification(entry)
+
+
 def _equilibrium(request: Request, as_json: bool) -> tuple[Robot, Equilibrium]:
     start_jax()
-    entry = request.robot
-    if isinstance(entry, CatalogueEntry):
-        robot = getattr(catalogue, entry.function)()
-    else:
-        robot = robot_from_specification(entry)
+    robot = load(request.robot)
     if request.point is not None:
         equilibrium = solve_inverse(robot, request.point, throw=False)
     else:
@@ -173,7 +177,7 @@ def _equilibrium(request: Request, as_json: bool) -> tuple[Robot, Equilibrium]:
     status = Status(int(equilibrium.status))
     if status is not Status.SOLVED:
         if as_json:
-            _print_json({**_describe(equilibrium), "message": status.message})
+            print_json({**_describe(equilibrium), "message": status.message})
         raise NoSolution(f"{robot.name}: {status.message}.")
     return robot, equilibrium
 
@@ -203,5 +207,6 @@ def _bows(robot: Robot, equilibrium: Equilibrium) -> str:
     return f", seen from their bases the rods bow {', '.join(sides)}"
 
 
-def _print_json(value: object) -> None:
+def print_json(value: object) -> None:
+    """One JSON object on standard output."""
     print(json.dumps(plain(value)))

@@ -9,7 +9,7 @@ from ..robots.labels import AXES, ROTATION_AXES, parameter_dimension
 from ..robots.names import CATALOGUE, CatalogueEntry
 from ..robots.reading import read_specification
 from ..robots.specification import RobotSpecification
-from ..robots.units import ANGLE, LENGTH, Dimension, Sign, parse_quantity
+from ..robots.units import ANGLE, LENGTH, MOMENT, Dimension, Sign, parse_quantity
 
 
 @dataclasses.dataclass(frozen=True)
@@ -48,6 +48,42 @@ def check(arguments: argparse.Namespace) -> Request:
         motors=_numbers("--motors", arguments.motors, motors),
         parameters=None if names is None else tuple(names),
         delta=_half_ranges(getattr(arguments, "delta", None), geometry, legs),
+    )
+
+
+@dataclasses.dataclass(frozen=True)
+class MapRequest:
+    """The options of a workspace map, SI units."""
+
+    out: str
+    spacing: float | None
+    box: tuple[tuple[float, float], tuple[float, float]] | None
+    max_torque: float | None
+    max_moment: float | None
+    resume: bool
+
+
+def check_map(arguments: argparse.Namespace) -> MapRequest:
+    """Checks the arguments of a workspace map."""
+
+    def quantity(name: str, text: str | None, dimension: Dimension) -> float | None:
+        if text is None:
+            return None
+        return parse_quantity(_number_or_text(text), dimension, name, Sign.POSITIVE)
+
+    box = None
+    if arguments.box is not None:
+        a, b, c, d = (
+            parse_quantity(_number_or_text(text), LENGTH, "--box") for text in arguments.box
+        )
+        box = ((a, b), (c, d))
+    return MapRequest(
+        out=arguments.out,
+        spacing=quantity("--spacing", arguments.spacing, LENGTH),
+        box=box,
+        max_torque=quantity("--max-torque", arguments.max_torque, MOMENT),
+        max_moment=quantity("--max-moment", arguments.max_moment, MOMENT),
+        resume=arguments.resume,
     )
 
 

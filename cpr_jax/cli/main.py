@@ -47,9 +47,15 @@ def _run(arguments) -> int:
     if arguments.command == "monte-carlo":
         samples = inputs.positive_integer("--samples", arguments.samples)
         seed = inputs.positive_integer("--seed", arguments.seed, least=0)
+    if arguments.command == "workspace":
+        options = inputs.check_map(arguments)
     from . import commands
 
     try:
+        if arguments.command == "workspace":
+            from . import mapping
+
+            return mapping.workspace(request, options, arguments.json)
         if arguments.command == "solve":
             return commands.solve(request, arguments.json)
         if arguments.command == "sensitivity":

@@ -70,6 +70,35 @@ def build_parser() -> argparse.ArgumentParser:
     )
     sampling.add_argument("--out", metavar="FILE.nc", help="write the samples as NetCDF")
 
+    mapping = add("workspace", "map of a branch: sensitivity, singularities, stability")
+    mapping.add_argument("robot", metavar="ROBOT", help="catalogue name or robot file")
+    where = mapping.add_mutually_exclusive_group()
+    where.add_argument(
+        "--point", nargs="+", metavar="Q", help="start at these platform coordinates"
+    )
+    where.add_argument("--motors", nargs="+", metavar="Q", help="start at these motor positions")
+    _add_parameters(mapping)
+    mapping.add_argument("--out", default="workspace", metavar="DIR", help="default: workspace")
+    mapping.add_argument(
+        "--spacing", metavar="H", help="of the grid (default: a hundredth of the rods' length)"
+    )
+    mapping.add_argument(
+        "--box",
+        nargs=4,
+        metavar=("LOW", "LOW", "HIGH", "HIGH"),
+        help="lower and upper corner (default: all within reach, half of it if symmetric)",
+    )
+    mapping.add_argument(
+        "--max-torque", metavar="T", help="mark cells where a motor needs more (N m)"
+    )
+    mapping.add_argument(
+        "--max-moment", metavar="M", help="mark cells where a rod carries more (N m)"
+    )
+    mapping.add_argument(
+        "--resume", action="store_true", help="go on with an interrupted run in DIR"
+    )
+    mapping.add_argument("--json", action="store_true", help="print one JSON object")
+
     robots = add("robots", "list the catalogue")
     robots.add_argument("--json", action="store_true", help="print one JSON object")
     return parser

@@ -1,4 +1,4 @@
-"""Figures 1 and 2 of the paper, and the folder that holds them."""
+"""The figures of the paper, and the folder that holds them."""
 
 import json
 import pathlib
@@ -23,12 +23,16 @@ from ..studies.results import (
 from .clouds import plot_clouds
 from .robot import plot_robot
 from .style import BLACK, BLUE, COLUMN, GREY, ORANGE, PAGE, VERMILION, journal_style, save_figure
+from .workspace import figure_3
+
+MAP_POINTS = np.array([*POINTS.values(), (0.0, 0.1), (0.15, 0.15), (0.18, 0.0)])
+"""Where Figure 3 shows ellipses: the points of Figure 2 and some between them, m."""
 
 
 def make_paper(
     out: str | pathlib.Path, samples: int = 2000, seed: int = 0, progress: bool = False
 ) -> dict:
-    """Writes Figures 1 and 2, their samples and a report into a folder; returns the report."""
+    """Writes Figures 1 to 3, their samples, the map and a report; returns the report."""
     matplotlib.use("Agg")
     folder = pathlib.Path(out)
     folder.mkdir(parents=True, exist_ok=True)
@@ -36,10 +40,12 @@ def make_paper(
     with journal_style():
         save_figure(figure_1(study.robot, study.equilibria["A"]), folder / "figure-1")
         save_figure(figure_2(study), folder / "figure-2")
+        save_figure(figure_3(study.workspace, study.robot, MAP_POINTS), folder / "figure-3")
     save_dataset(
         samples_dataset(list(study.studies.values()), list(POINTS), ["m", "m"]),
         folder / "samples.nc",
     )
+    save_dataset(study.workspace, folder / "map.nc")
     report = {
         "samples": samples,
         "seed": seed,

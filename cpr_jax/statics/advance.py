@@ -5,7 +5,8 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+import numpy as np
+from jaxtyping import Array, Float, Int
 
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
@@ -17,7 +18,7 @@ from .unknowns import unknown_scales
 
 _CLOSE = 1e-9
 _ITERATIONS = 5
-_SHORTEST = 2e-3
+_SHORTEST = 5e-3
 
 
 class Nearby(NamedTuple):
@@ -29,14 +30,14 @@ class Nearby(NamedTuple):
     - `slope`: `∂y/∂q` along the axes that vary, per metre or radian.
     - `sign`: of `det ∂R/∂y`.
     - `deviation`: largest distance of an unknown from its prediction.
-    - `converged`: whether y is an equilibrium; its branch is for the caller to judge.
+    - `status`: a `Status` code; where it is solved, the branch is for the caller to judge.
     """
 
-    y: Float[Array, "*lanes n_y"]
-    slope: Float[Array, "*lanes n_y axes"]
-    sign: Float[Array, "*lanes"]
-    deviation: Float[Array, "*lanes"]
-    converged: Bool[Array, "*lanes"]
+    y: Float[Array | np.ndarray, "*lanes n_y"]
+    slope: Float[Array | np.ndarray, "*lanes n_y axes"]
+    sign: Float[Array | np.ndarray, "*lanes"]
+    deviation: Float[Array | np.ndarray, "*lanes"]
+    status: Int[Array | np.ndarray, "*lanes"]
 
 
 @eqx.filter_jit
@@ -73,7 +74,8 @@ def advance(
         first = (guess, jnp.inf * one, one, jnp.zeros((guess.size, len(axes))), jnp.array(0))
         y, norm, sign, slope, _ = jax.lax.while_loop(unfinished, newton, first)
         converged = (norm <= _CLOSE) & jnp.all(jnp.isfinite(y))
-        return Nearby(y, slope, sign, jnp.max(jnp.abs(y - guess)), converged)
+        status = jnp.where(converged, Status.SOLVED, Status.NOT_CONVERGED)
+        return Nearby(y, slope, sign, jnp.max(jnp.abs(y - guess)), status)
 
     return jax.vmap(one)(guess, goal)
 
@@ -90,7 +92,7 @@ def creep(
 ) -> Nearby:
     """Follows the branch from `begin` to `goal` in steps as small as they need be.
 
-    Each way ends where steps shorter than 0.2 % of it would be needed: at a fold.
+    Each way ends where steps shorter than 0.5 % of it would be needed: at a fold.
     """
     rows = _rows(robot, imposed, axes)
 
@@ -98,14 +100,13 @@ def creep(
         def equations(y, h):
             return full_residual(y, Problem(robot, imposed, h), steps)
 
-        track = follow(
-            equations, start, jnp.stack([begin, goal]), max_steps=60, min_step=_SHORTEST
-        )
+        track = follow(equations, start, jnp.stack([begin, goal]), max_steps=60, min_step=_SHORTEST)
         jacobian, f = _expand(robot, imposed, goal, track.y, steps)
         solved, sign = solve_many_with_sign(jacobian, jnp.column_stack([-f, rows]))
-        converged = (track.status == Status.SOLVED) & (jnp.max(jnp.abs(f)) <= _CLOSE)
-        y = track.y + solved[:, 0]
-        return Nearby(y, solved[:, 1:], sign, jnp.zeros(()), converged & (sign == track.sign))
+        reached = (jnp.max(jnp.abs(f)) <= _CLOSE) & (sign == track.sign)
+        lost = (track.status == Status.SOLVED) & ~reached
+        status = jnp.where(lost, Status.NOT_CONVERGED, track.status)
+        return Nearby(track.y + solved[:, 0], solved[:, 1:], sign, jnp.zeros(()), status)
 
     return jax.vmap(one)(start, begin, goal)
 

@@ -148,6 +148,14 @@ def potential_energy(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Float
     return _energy(robot, y, _rods(robot, y, steps))
 
 
+def energy_and_bows(
+    robot: Robot, y: Float[Array, " n_y"], steps: int
+) -> tuple[Float[Array, ""], Float[Array, " n"]]:
+    """`potential_energy` and `Measures.bows` from one integration of the rods."""
+    rods = _rods(robot, y, steps)
+    return _energy(robot, y, rods), _bows(robot, y, rods)
+
+
 def _energy(robot: Robot, y: Float[Array, " n_y"], rods: _Rods) -> Float[Array, ""]:
     geometry = robot.geometry
     q_p = unravel(robot, y).q_p

@@ -8,10 +8,12 @@ class Status(enum.IntEnum):
 
     SOLVED = 0
     NOT_CONVERGED = 1
-    SINGULAR = 2
+    OUT_OF_REACH = 2
     NOT_FINITE = 3
     LOST = 4
     NOT_FOUND = 5
+    BEYOND_FOLD = 6
+    BEYOND_LIMITS = 7
 
     @property
     def message(self) -> str:
@@ -22,13 +24,15 @@ class Status(enum.IntEnum):
 _MESSAGES = {
     Status.SOLVED: "solved",
     Status.NOT_CONVERGED: "the iteration did not converge",
-    Status.SINGULAR: "the Jacobian of the residual is singular",
+    Status.OUT_OF_REACH: "a leg is too short to reach it",
     Status.NOT_FINITE: "the input or the residual is not finite",
     Status.LOST: (
         "the branch has no equilibrium there: following it met a singularity "
         "(a point out of reach, or beyond a fold)"
     ),
     Status.NOT_FOUND: "no equilibrium was found in a systematic search",
+    Status.BEYOND_FOLD: "the branch folds back before it (a Type 1 singularity)",
+    Status.BEYOND_LIMITS: "there is an equilibrium, beyond a limit",
 }
 
 

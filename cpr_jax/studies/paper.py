@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import jax
 import numpy as np
+import xarray as xr
 
 from ..analysis.ellipsoid import LINEAR_COVERAGE
 from ..analysis.sensitivity import Hold, Sensitivity, sensitivity
@@ -12,6 +13,8 @@ from ..robots.robot import Robot
 from ..rods.section import rectangle
 from ..statics.equilibrium import Equilibrium, solve_inverse
 from .monte_carlo import MonteCarlo, monte_carlo
+from .paper_map import as_claim, map_claims
+from .workspace import workspace_map
 
 POINTS = {
     "A": (0.0, 0.25),
@@ -24,6 +27,9 @@ in the zone of high sensitivity beside the T2 line."""
 
 LINEAR_SAMPLES = 20_000
 
+MAP_SPACING = 0.0025
+"""Of the grid over the workspace, m."""
+
 
 class CaseStudy(NamedTuple):
     """What the figures and the report are made of.
@@ -33,6 +39,7 @@ class CaseStudy(NamedTuple):
     - `robot`: the robot of Table 1.
     - `equilibria`, `studies`: by the name of the point.
     - `linear`: Monte Carlo at A with δ/100, where the linear theory holds.
+    - `workspace`: the map of half the workspace.
     - `claims`: see `claims`.
     """
 
@@ -40,6 +47,7 @@ class CaseStudy(NamedTuple):
     equilibria: dict[str, Equilibrium]
     studies: dict[str, MonteCarlo]
     linear: MonteCarlo
+    workspace: xr.Dataset
     claims: list[dict]
 
 
@@ -55,12 +63,13 @@ def case_study(samples: int = 2000, seed: int = 0, progress: bool = False) -> Ca
     linear = monte_carlo(
         robot, equilibria["A"], LINEAR_SAMPLES, seed, delta=small, progress=progress
     )
-    study = CaseStudy(robot, equilibria, studies, linear, [])
+    workspace = workspace_map(robot, equilibria["A"], spacing=MAP_SPACING, progress=progress)
+    study = CaseStudy(robot, equilibria, studies, linear, workspace, [])
     return study._replace(claims=claims(study))
 
 
 def claims(study: CaseStudy) -> list[dict]:
-    """Each claim of the paper about Figures 1 and 2, beside what was computed.
+    """Each claim of the paper about its figures, beside what was computed.
 
     Entries: `claim`, `computed` (a sentence), `agrees`, `numbers`.
     """
@@ -72,11 +81,8 @@ def claims(study: CaseStudy) -> list[dict]:
         _pinned(study),
         _moment_row(study),
         _unit(study),
+        *map_claims(study.workspace),
     ]
-
-
-def _claim(claim: str, computed: str, agrees: bool, **numbers) -> dict:
-    return {"claim": claim, "computed": computed, "agrees": bool(agrees), "numbers": numbers}
 
 
 def _coverage(study: CaseStudy) -> dict:
@@ -86,7 +92,7 @@ def _coverage(study: CaseStudy) -> dict:
         for name, s in usual.items()
     )
     unsolved = sum(s.lost + s.failed for s in usual.values())
-    return _claim(
+    return as_claim(
         "More than 97 % of the perturbed positions lie within the ellipse at A, B and C.",
         f"{words}; {unsolved} samples without an equilibrium.",
         all(s.coverage > 0.97 for s in usual.values()),
@@ -99,7 +105,7 @@ def _exception(study: CaseStudy) -> dict:
     at_d = study.studies["D"]
     others = [float(study.studies[name].ellipsoid.semi_axes[0]) for name in "ABC"]
     axis = float(at_d.ellipsoid.semi_axes[0])
-    return _claim(
+    return as_claim(
         "Point D is the exception; it lies in a zone of high sensitivity.",
         f"{at_d.coverage:.2%} inside, {at_d.lost} of {at_d.samples} samples have no equilibrium "
         f"left on the branch; its longer semi-axis is {1e3 * axis:.1f} mm, those of A to C are "
@@ -114,7 +120,7 @@ def _exception(study: CaseStudy) -> dict:
 
 def _linear_theory(study: CaseStudy) -> dict:
     low, high = study.linear.coverage_interval
-    return _claim(
+    return as_claim(
         "The ellipse encloses the cloud where the first-order approximation holds "
         f"(exact value for Gaussians with σ = δ/3: 1 - exp(-9/2) = {LINEAR_COVERAGE:.3%}).",
         f"With δ/100 at A, {study.linear.coverage:.3%} of {study.linear.samples} samples "
@@ -138,7 +144,7 @@ def _long_axis(study: CaseStudy) -> dict:
         for name, s in study.studies.items()
     }
     words = ", ".join(f"{name} {share:.2%}" for name, share in shares.items())
-    return _claim(
+    return as_claim(
         "The long axis is always the one associated with the bending stiffness.",
         f"Share of k_b in the variance along the long axis: {words}.",
         min(shares.values()) > 0.5,
@@ -149,7 +155,7 @@ def _long_axis(study: CaseStudy) -> dict:
 def _pinned(study: CaseStudy) -> dict:
     held = sensitivity(study.robot, study.equilibria["A"], hold=Hold.PLATFORM)
     largest = float(np.max(np.abs(held.Pi_p)))
-    return _claim(
+    return as_claim(
         "(15) and (10) as printed give the sensitivity of the end-effector.",
         "The last row of (15) pins the platform: differentiated as printed, ∂p_P/∂ρ is "
         f"{largest:.1e}. The ellipses here hold the motors instead; the factors of (10) are in "
@@ -184,7 +190,7 @@ def _moment_row(study: CaseStudy) -> dict:
         f"{axes[name]:.2f})"
         for name in POINTS
     )
-    return _claim(
+    return as_claim(
         "(15) prints m_x(l_i) = 0 at the rods' tips.",
         "The pivot sits at the far end of b. With its moment zero the platform stiffness is "
         f"symmetric to {max(pivot_row.values()):.0e}; with the printed row it is off by {words}.",
@@ -199,7 +205,7 @@ def _moment_row(study: CaseStudy) -> dict:
 def _unit(study: CaseStudy) -> dict:
     second = rectangle(width=0.002, height=0.010).I_3
     k_b = 1.0 / float(jax.numpy.ravel(study.robot.legs.rod.curvature_compliance)[0])
-    return _claim(
+    return as_claim(
         "Table 1 prints k_b = 1.83e-2 N·mm².",
         f"For the 10 × 2 mm section that means E = {k_b * 1e-6 / second / 1e3:.1f} kPa; in N·m² "
         f"it means E = {k_b / second / 1e9:.2f} GPa, a common polymer, which is used here.",

@@ -13,6 +13,8 @@ def markdown_report(report: dict) -> str:
         "",
         "![Figure 2](figure-2.png)",
         "",
+        "![Figure 3](figure-3.png)",
+        "",
         "| point | y, z (mm) | q₁, q₂ (rad) | semi-axes (mm) | inside | 95 % interval | lost |",
         "|---|---|---|---|---|---|---|",
     ]

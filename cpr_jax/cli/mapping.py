@@ -1,0 +1,78 @@
+"""The command that maps a workspace."""
+
+import pathlib
+import sys
+from typing import Any
+
+import matplotlib
+import numpy as np
+import xarray as xr
+
+from ..plotting.style import journal_style, save_figure
+from ..plotting.workspace import figure_of_map
+from ..robots.robot import Robot
+from ..statics.equilibrium import Equilibrium, solve_forward, solve_inverse
+from ..statics.status import SolveError, Status
+from ..studies.workspace import Limits, workspace_map
+from .commands import NoSolution, load, print_json, start_jax
+from .inputs import MapRequest, Request
+
+
+def workspace(request: Request, options: MapRequest, as_json: bool) -> int:
+    """Writes `map.nc` and figures of it; prints what is in it."""
+    start_jax()
+    matplotlib.use("Agg")
+    robot = load(request.robot)
+    out = pathlib.Path(options.out)
+    try:
+        dataset = workspace_map(
+            robot,
+            _seed(robot, request),
+            spacing=options.spacing,
+            box=options.box,
+            parameters=request.parameters,
+            delta=request.delta,
+            limits=Limits(torque=options.max_torque, moment=options.max_moment),
+            out=out,
+            resume=options.resume,
+            progress=sys.stderr.isatty(),
+        )
+    except SolveError as error:
+        raise NoSolution(str(error)) from None
+    with journal_style():
+        save_figure(figure_of_map(dataset, robot), out / "map")
+    answer = describe(dataset)
+    if as_json:
+        print_json({**answer, "files": [str(out / f"map.{end}") for end in ("nc", "pdf", "png")]})
+        return 0
+    print(f"{robot.name}: {answer['solved']} of {answer['cells']} cells solved")
+    for name, count in answer["status"].items():
+        print(f"  {name:<14} {count}")
+    low, high = answer["semi_axis_max"]
+    print(f"longer semi-axis {1e3 * low:.3g} to {1e3 * high:.3g} mm, {answer['stable']} stable")
+    print(f"map.nc and figures are in {out}")
+    return 0
+
+
+def describe(dataset: xr.Dataset) -> dict[str, Any]:
+    """How many cells of a map ended how, and the range of its sensitivity."""
+    status, index = dataset["status"].values, dataset["index"].values
+    axes = dataset["semi_axis_max"].values
+    counts = {s.name.lower(): int(np.sum(status == s)) for s in Status}
+    return {
+        "cells": status.size,
+        "solved": int(np.sum(index >= 0)),
+        "status": {name: count for name, count in counts.items() if count},
+        "stable": int(np.sum(index == 0)),
+        "seam": int(dataset["seam"].sum()),
+        "semi_axis_max": [float(np.nanmin(axes)), float(np.nanmax(axes))],
+        "spacing": [float(np.diff(dataset[str(n)])[0]) for n in dataset["status"].dims],
+    }
+
+
+def _seed(robot: Robot, request: Request) -> Equilibrium | None:
+    if request.point is not None:
+        return solve_inverse(robot, request.point)
+    if request.motors is not None:
+        return solve_forward(robot, request.motors)
+    return None

@@ -1,0 +1,139 @@
+"""Everything that a map says about one of its cells."""
+
+from typing import NamedTuple, TypeAlias
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import jaxtyping
+import numpy as np
+from jaxtyping import Float, Int
+
+from ..analysis.parameters import Selection
+from ..analysis.stability import count_unstable
+from ..robots.robot import Robot
+from ..rods.integration import rod_shape
+from ..statics.linear import inverse_with_sign, norm_2, row_axes
+from ..statics.measures import energy_and_bows, motor_torques
+from ..statics.residual import leg_base, residual
+from ..statics.unknowns import unknown_scales, unravel
+
+Array: TypeAlias = jaxtyping.Array | np.ndarray
+
+
+class Cell(NamedTuple):
+    """Numbers of one equilibrium; in a map, of all cells along a first axis (SI units).
+
+    **Attributes:**
+
+    - `q_a`, `mu`, `motor_torques`, `energy`, `bows`, `sigma_t1`, `sigma_t2`, `sign_t2`: as in
+        `Equilibrium` and `Measures`.
+    - `Pi_p`: `∂q_p/∂ρ` with the motors held, shape `(n_p, n_ρ)`.
+    - `semi_axes`, `directions`: of the uncertainty ellipsoid of the position, largest first.
+    - `manipulability`: `√det(J Jᵀ)` of `J = ∂p_P/∂q_a`; `manipulability_condition`: smallest
+        over largest singular value of J, 1 where the platform moves alike in all directions.
+    - `curvature`, `moment`: largest curvature, 1/m, and internal moment, N·m, along the rods.
+    - `unstable`: number of unstable directions, see `stability`.
+    - `residual`: largest entry of the dimensionless `R₀`.
+    """
+
+    q_a: Float[Array, " n_a"]
+    mu: Float[Array, "n freedoms"]
+    motor_torques: Float[Array, " n_a"]
+    energy: Float[Array, ""]
+    bows: Float[Array, " n"]
+    sigma_t1: Float[Array, ""]
+    sigma_t2: Float[Array, ""]
+    sign_t2: Float[Array, ""]
+    Pi_p: Float[Array, "n_p n_rho"]
+    semi_axes: Float[Array, " d"]
+    directions: Float[Array, "d d"]
+    manipulability: Float[Array, ""]
+    manipulability_condition: Float[Array, ""]
+    curvature: Float[Array, ""]
+    moment: Float[Array, ""]
+    unstable: Int[Array, ""]
+    residual: Float[Array, ""]
+
+
+@eqx.filter_jit
+def look_at_cells(
+    robot: Robot,
+    selection: Selection,
+    delta: Float[Array, " n_rho"],
+    y: Float[Array, "cells n_y"],
+    steps: int,
+) -> Cell:
+    """The numbers of many equilibria, from their unknowns in SI units.
+
+    The unknowns are to be close: one Newton step with the platform held is part of the look.
+    """
+    return jax.vmap(lambda y: _look(robot, selection, delta, y, steps))(y)
+
+
+def _look(robot: Robot, selection: Selection, delta, y, steps: int) -> Cell:
+    units = unknown_scales(robot)
+    n_a, n_p = robot.n_a, robot.n_p
+    n_q = n_a + n_p
+    d = robot.geometry.d
+
+    def equations(scaled, rho):
+        varied = selection.set(robot, rho)
+        R_0 = residual(varied, unravel(varied, scaled * units), steps)
+        return R_0, R_0
+
+    linearise = jax.jacfwd(equations, argnums=(0, 1), has_aux=True)
+    (by_y, by_rho), R_0 = linearise(y / units, selection.get(robot))
+    A_p = by_y[:, n_a:]
+    A_q = jnp.concatenate([by_y[:, :n_a], by_y[:, n_q:]], axis=1)
+    inverse_p, sign_t2 = inverse_with_sign(A_p)
+    inverse_q, _ = inverse_with_sign(A_q)
+    moved = -(inverse_q @ R_0) * jnp.concatenate([units[:n_a], units[n_q:]])
+    y = y.at[:n_a].add(moved[:n_a]).at[n_q:].add(moved[n_a:])
+    answers = -inverse_p[:n_p] @ jnp.concatenate([by_rho, by_y[:, :n_a]], axis=1)
+    answers = answers * units[n_a:n_q, None]
+    Pi_p, J = answers[:, : delta.size], answers[:d, delta.size :] / units[:n_a]
+    semi_axes, directions = row_axes(Pi_p[:d] * delta)
+    stretch, _ = row_axes(J)
+    energy, bows = energy_and_bows(robot, y, steps)
+    state = unravel(robot, y)
+    curvature, moment = _strongest(robot, y, steps)
+    return Cell(
+        q_a=state.q_a,
+        mu=state.mu,
+        motor_torques=motor_torques(robot, y),
+        energy=energy,
+        bows=bows,
+        sigma_t1=1.0 / norm_2(inverse_q),
+        sigma_t2=1.0 / norm_2(inverse_p),
+        sign_t2=sign_t2,
+        Pi_p=Pi_p,
+        semi_axes=semi_axes,
+        directions=directions,
+        manipulability=jnp.prod(stretch),
+        manipulability_condition=stretch[-1] / stretch[0],
+        curvature=curvature,
+        moment=moment,
+        unstable=count_unstable(robot, y, steps).index,
+        residual=jnp.max(jnp.abs(residual(robot, state, steps))),
+    )
+
+
+def _strongest(robot: Robot, y, steps: int):
+    """Largest curvature and largest internal moment at the steps along all rods."""
+    geometry = robot.geometry
+    state = unravel(robot, y)
+
+    def one(leg, q, mu):
+        base = leg_base(geometry, leg, q, mu)
+        along = rod_shape(geometry, base.rod, base.force, base.moment, steps)
+
+        def at(rotation, moment):
+            local = jnp.stack(geometry.to_local(rotation, moment))
+            curved = base.rod.curvature_compliance * local + base.rod.precurvature
+            return jnp.sqrt(jnp.sum(curved**2)), jnp.sqrt(jnp.sum(local**2))
+
+        return jax.tree.map(jnp.max, jax.vmap(at)(along.rotation, along.moment))
+
+    both = jax.vmap(one)(robot.legs, robot.transmission @ state.q_a, state.mu)
+    return jax.tree.map(jnp.max, both)

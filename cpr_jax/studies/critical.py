@@ -1,0 +1,115 @@
+"""Critical values: how far a parameter may go until the robot loses its stability."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from ..analysis.parameters import Selection, select
+from ..analysis.stability import count_unstable
+from ..errors import InputError
+from ..robots.robot import Robot
+from ..rods.integration import DEFAULT_STEPS
+from ..statics.equilibrium import Equilibrium
+from ..statics.problem import Problem, find_root, forward_rows
+from ..statics.status import Status
+from ..statics.unknowns import unknown_scales
+
+_FARTHEST = 0.3
+"""Largest change of an unknown in one step, dimensionless; larger ones are halved."""
+
+
+class CriticalValue(NamedTuple):
+    """Where an equilibrium changes its number of unstable directions.
+
+    **Attributes:**
+
+    - `value`: of the parameter, SI units; NaN where nothing changes before `stop`.
+    - `before`, `after`: numbers of unstable directions before it and at the next point looked at.
+    - `y`: unknowns just before it, SI units.
+    """
+
+    value: float
+    before: int
+    after: int
+    y: Float[np.ndarray, " n_y"]
+
+
+def critical_value(
+    robot: Robot,
+    equilibrium: Equilibrium,
+    parameter: str,
+    stop: float,
+    *,
+    points: int = 40,
+    rtol: float = 1e-9,
+    steps: int = DEFAULT_STEPS,
+) -> CriticalValue:
+    """Buckling: the first value of a parameter at which the stability changes, motors held.
+
+    The equilibrium is followed while the parameter goes from where it is to `stop`; between two
+    points with different stability indices the value is bisected. The index sees what the sign
+    of a determinant does not: two directions that become unstable together, as they do in a
+    symmetric robot.
+
+    **Arguments:**
+
+    - `parameter`: a label, see `select`, such as `f_P_z` or `l1`.
+    - `stop`: its last value, SI units.
+    - `points`: how many values are looked at before bisecting.
+    - `rtol`: accuracy of the value, relative to the range.
+    """
+    if int(equilibrium.status) != Status.SOLVED:
+        raise InputError("Argument `equilibrium` must be solved.")
+    selection = select(robot, (parameter,))
+    start = float(selection.get(robot)[0])
+    if not np.isfinite(stop) or stop == start:
+        raise InputError(
+            f"Argument `stop` must be a number other than the present value {start}, but it is "
+            f"{stop!r}."
+        )
+    held = jnp.concatenate([equilibrium.q_a, jnp.zeros(robot.n_p)])
+
+    def look(value: float, y):
+        out = _look(robot, selection, held, jnp.asarray([value]), jnp.asarray(y), steps)
+        y, good, index = (np.asarray(part) for part in out)
+        return (y, int(index)) if good else None
+
+    found = look(start, equilibrium.y)
+    if found is None:
+        raise InputError("Argument `equilibrium` must be an equilibrium of `robot`.")
+    y, before = found
+    low, step = start, (stop - start) / points
+    least = rtol * abs(stop - start)
+    while (stop - low) * np.sign(step) > least:
+        high = low + step if (stop - low - step) * np.sign(step) > 0.0 else stop
+        found = look(high, y)
+        if found is None:
+            step *= 0.5
+            if abs(step) < least:
+                return CriticalValue(low, before, -1, y)
+            continue
+        if found[1] == before:
+            low, y = high, found[0]
+            continue
+        after = found[1]
+        while abs(high - low) > least:
+            middle = 0.5 * (low + high)
+            found = look(middle, y)
+            if found is not None and found[1] == before:
+                low, y = middle, found[0]
+            else:
+                high = middle
+        return CriticalValue(0.5 * (low + high), before, after, y)
+    return CriticalValue(float("nan"), before, before, y)
+
+
+@eqx.filter_jit
+def _look(robot: Robot, selection: Selection, held, value, y, steps: int):
+    varied = selection.set(robot, value)
+    root = find_root(Problem(varied, forward_rows(varied), held), y, steps=steps)
+    moved = jnp.max(jnp.abs(root.y - y) / unknown_scales(robot))
+    good = (root.status == Status.SOLVED) & (moved < _FARTHEST)
+    return root.y, good, count_unstable(varied, root.y, steps).index

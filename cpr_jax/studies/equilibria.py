@@ -1,0 +1,239 @@
+"""All equilibria of a robot at one point or at one set of motor positions."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+from scipy.stats import qmc
+
+from ..analysis.stability import count_unstable
+from ..errors import InputError
+from ..geometry import Numbers
+from ..robots.robot import Robot
+from ..rods.integration import DEFAULT_STEPS
+from ..statics.equilibrium import Equilibrium, polish
+from ..statics.measures import energy_and_bows
+from ..statics.problem import Problem, find_root, forward_rows, inverse_rows
+from ..statics.status import Status
+from ..statics.unknowns import scales, unknown_scales
+
+_LANES = 512
+_FORCES = (10.0, 10.0, 20.0)
+"""Largest base forces of the starts, in units of `k_b / l²`: a clamped rod buckles at 20."""
+
+_ROUNDS, _MIXED = 3, 1536
+"""How often, and how many, new starts are made from the legs of what was found."""
+
+_MOMENTS = 0.4
+"""Their base moments in units of force times length, for a force of one."""
+
+_APART = 1e-6
+"""Distance from which two solutions are different, in dimensionless unknowns."""
+
+
+class AllEquilibria(NamedTuple):
+    """Every equilibrium that was found, the least energy first (SI units).
+
+    **Attributes:**
+
+    - `y`: unknowns `(q_a, q_p, μ)`, motors that turn within half a turn, `(found, n_y)`.
+    - `energy`: total potential energy, J.
+    - `index`: number of unstable directions with the motors held; 0 is stable.
+    - `bows`: which way and how far each rod bows, `(found, n)`: they name the branch.
+    - `hits`: how many starts ended at each.
+    - `unseen`: Chao's lower bound on how many more there are, from those that were hit once and
+        twice.
+    """
+
+    y: Float[np.ndarray, "found n_y"]
+    energy: Float[np.ndarray, " found"]
+    index: np.ndarray
+    bows: Float[np.ndarray, "found n"]
+    hits: np.ndarray
+    unseen: float
+
+    def equilibrium(self, robot: Robot, k: int, steps: int = DEFAULT_STEPS) -> Equilibrium:
+        """The k-th as an `Equilibrium`, to start a map, a sensitivity or a study from."""
+        imposed = inverse_rows(robot) if robot.n_a == robot.n_p else forward_rows(robot)
+        y = jnp.asarray(self.y[k])
+        here = y[: robot.n_a + robot.n_p]
+        track = _Reached(y, jnp.asarray(int(Status.SOLVED)))
+        return polish(robot, imposed, here, track, "search", steps)
+
+
+class _Reached(NamedTuple):
+    y: jax.Array
+    status: jax.Array
+
+
+def find_equilibria(
+    robot: Robot,
+    point: Numbers | None = None,
+    q_a: Numbers | None = None,
+    *,
+    starts: int = 4096,
+    seed: int = 0,
+    steps: int = DEFAULT_STEPS,
+) -> AllEquilibria:
+    """All equilibria with the platform at a point, or with the motors at `q_a`.
+
+    Newton's method from many starts that cover motor positions, platform poses and base wrenches
+    evenly (a scrambled Sobol sequence), solutions told apart by their unknowns. It proves nothing
+    about what it did not find; `unseen` estimates how much that is.
+
+    **Arguments:**
+
+    - `point`, `q_a`: one of them, SI units.
+    - `starts`, `seed`: how many starts, and the seed of their scrambling.
+    """
+    if (point is None) == (q_a is None):
+        raise InputError("Arguments `point` and `q_a` must be given one and not the other.")
+    n_a, n_p = robot.n_a, robot.n_p
+    if point is not None:
+        imposed, size, name, given = inverse_rows(robot), n_p, "point", point
+    else:
+        assert q_a is not None
+        imposed, size, name, given = forward_rows(robot), n_a, "q_a", q_a
+    values = np.asarray(given, float)
+    if values.shape != (size,) or not np.all(np.isfinite(values)):
+        raise InputError(f"Argument `{name}` must be {size} finite numbers, but it is {given!r}.")
+    target = np.zeros(n_a + n_p)
+    target[slice(n_a, None) if point is not None else slice(0, n_a)] = values
+    problem = Problem(robot, imposed, jnp.asarray(target))
+
+    units = np.asarray(unknown_scales(robot))
+    coarse = max(2, (steps + 1) // 2)
+    y, solved = _newton(problem, _starts(robot, target, units, starts, seed), coarse)
+    distinct, hits = _distinct(_principal(robot, y[solved]), units)
+    for _ in range(_ROUNDS if len(distinct) else 0):
+        y, solved = _newton(problem, _recombined(robot, distinct, units, seed), coarse)
+        more, again = _distinct(_principal(robot, np.concatenate([distinct, y[solved]])), units)
+        again[: len(distinct)] += hits - 1
+        distinct, hits = more, again
+    if len(distinct) == 0:
+        return AllEquilibria(distinct, np.zeros(0), hits, np.zeros((0, robot.n)), hits, 0.0)
+    looks = [_look(problem, jnp.asarray(batch), steps) for batch in _batches(distinct)]
+    y, good, energy, index, bows = (
+        np.concatenate(part)[: len(distinct)] for part in zip(*looks, strict=True)
+    )
+    y = _principal(robot, y)
+    order = np.argsort(energy[good], kind="stable")
+    hits = hits[good]
+    once, twice = np.sum(hits == 1), np.sum(hits == 2)
+    unseen = once * (once - 1) / (2.0 * (twice + 1.0))
+    y, energy, index, bows = (part[good][order] for part in (y, energy, index, bows))
+    return AllEquilibria(y, energy, index, bows, hits[order], float(unseen))
+
+
+def _batches(rows: np.ndarray) -> list[np.ndarray]:
+    """Batches of one size, the last one filled up with its last row."""
+    cut = [rows[k : k + _LANES] for k in range(0, len(rows), _LANES)]
+    return [np.concatenate([b, np.repeat(b[-1:], _LANES - len(b), axis=0)]) for b in cut]
+
+
+def _starts(robot: Robot, target, units, count: int, seed: int) -> np.ndarray:
+    """Starting unknowns in SI units."""
+    cube = qmc.Sobol(units.size, rng=seed).random(2 ** int(np.ceil(np.log2(count))))[:count]
+    spread = 2.0 * cube - 1.0
+    n_a, d = robot.n_a, robot.geometry.d
+    n_q = n_a + robot.n_p
+    spread[:, :n_a] *= np.where(units[:n_a] == 1.0, np.pi, 0.5)
+    spread[:, n_a + d : n_q] *= np.pi
+    wrenches = spread[:, n_q:].reshape(count, robot.n, -1)
+    wrenches *= np.array(_FORCES)[np.arange(count) % len(_FORCES), None, None]
+    wrenches[..., d:] *= _MOMENTS
+    # The last leg carries what the others leave of the load.
+    load = np.asarray(robot.f_P) / units[n_q : n_q + d]
+    wrenches[:, -1, :d] = load - np.sum(wrenches[:, :-1, :d], axis=1)
+    spread[:, n_q:] = wrenches.reshape(count, -1)
+    middle = np.zeros(units.size)
+    middle[n_a : n_a + d] = np.mean(np.asarray(robot.legs.base_position), axis=0)
+    y = middle + units * spread
+    if np.any(target[n_a:] != 0.0):
+        y[:, n_a:n_q] = target[n_a:]
+    return y
+
+
+def _recombined(robot: Robot, y, units, seed: int) -> np.ndarray:
+    """Starts with the legs of different solutions, their wrenches grown: towards higher modes.
+
+    Solutions with strongly buckled rods attract few of the even starts.
+    """
+    rng = np.random.default_rng(seed)
+    size = robot.geometry.freedoms
+    rows = rng.integers(len(y), size=(_MIXED, robot.n))
+    mixed = y[rows[:, 0]].copy()
+    n_q = robot.n_a + robot.n_p
+    for leg in range(robot.n):
+        moves = np.asarray(robot.transmission)[leg] != 0.0
+        mixed[:, : robot.n_a] = np.where(moves, y[rows[:, leg], : robot.n_a], mixed[:, : robot.n_a])
+        part = slice(n_q + leg * size, n_q + (leg + 1) * size)
+        mixed[:, part] = y[rows[:, leg], part]
+    wrenches = mixed[:, n_q:].reshape(_MIXED, robot.n, size)
+    wrenches = wrenches * rng.uniform(0.5, 3.5, (_MIXED, 1, 1))
+    mixed[:, n_q:] = wrenches.reshape(_MIXED, -1)
+    mixed[:, : robot.n_a] += rng.normal(scale=0.5, size=(_MIXED, robot.n_a)) * units[: robot.n_a]
+    mixed[:, n_q:] += rng.normal(size=(_MIXED, robot.n * size)) * units[n_q:]
+    return mixed
+
+
+def _newton(problem: Problem, starts, steps: int):
+    """Unknowns at the ends of Newton's method, and whether they are roots."""
+    parts = [_roots(problem, jnp.asarray(batch), steps) for batch in _batches(starts)]
+    return (np.concatenate(part)[: len(starts)] for part in zip(*parts, strict=True))
+
+
+@eqx.filter_jit
+def _roots(problem: Problem, starts, steps: int):
+    def one(start):
+        root = find_root(problem, start, steps=steps, max_iterations=40, verify=False)
+        return root.y, root.status == Status.SOLVED
+
+    return jax.vmap(one)(starts)
+
+
+@eqx.filter_jit
+def _look(problem: Problem, y, steps: int):
+    robot = problem.robot
+
+    def one(y):
+        here = eqx.tree_at(
+            lambda p: p.target,
+            problem,
+            jnp.where(problem.imposed.sum(0) > 0, problem.target, y[: problem.target.size]),
+        )
+        root = find_root(here, y, steps=steps)
+        good = root.status == Status.SOLVED
+        good &= jnp.max(jnp.abs(root.y - y) / unknown_scales(robot)) < 1e-3
+        energy, bows = energy_and_bows(robot, root.y, steps)
+        return root.y, good, energy, count_unstable(robot, root.y, steps).index, bows
+
+    return jax.vmap(one)(y)
+
+
+def _principal(robot: Robot, y: np.ndarray) -> np.ndarray:
+    """The same configurations with motors that turn within half a turn."""
+    turns = np.asarray(scales(robot).motors(robot)) == 1.0
+    y = y.copy()
+    angles = y[:, : robot.n_a]
+    y[:, : robot.n_a] = np.where(
+        turns, angles - 2.0 * np.pi * np.round(angles / 2.0 / np.pi), angles
+    )
+    return y
+
+
+def _distinct(y: np.ndarray, units: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Solutions that differ, and how often each is there."""
+    kept: list[np.ndarray] = []
+    hits: list[int] = []
+    for row in y / units:
+        gaps = [np.max(np.abs(row - other)) for other in kept]
+        if gaps and min(gaps) < _APART:
+            hits[int(np.argmin(gaps))] += 1
+        else:
+            kept.append(row)
+            hits.append(1)
+    return np.array(kept).reshape(-1, units.size) * units, np.array(hits, int)

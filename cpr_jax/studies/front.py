@@ -1,0 +1,245 @@
+"""A branch spread over a grid, many cells at once."""
+
+from collections.abc import Callable
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ..robots.robot import Robot
+from ..statics.advance import Nearby, advance, creep
+from ..statics.problem import inverse_rows
+from ..statics.status import Status
+from ..statics.unknowns import scales, unknown_scales
+from .grid import Grid
+
+LANES = 128
+"""Cells solved in one call."""
+
+_DEVIATION = 0.03
+"""Largest distance of a solution from its prediction, in dimensionless unknowns."""
+
+_MISMATCH = 0.01
+"""Largest distance from what the slopes at both ends of a step say it should be."""
+
+_SEAM = 0.05
+"""Neighbours that differ by this much from what their slopes say are followed into each other."""
+
+_OFFSETS = np.array([(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1), (1, -1), (-1, 1)])
+_PAIRS = ((0, 1), (2, 3), (4, 5), (6, 7))
+
+
+class Front:
+    """The equilibria of one branch on a grid, followed outward from a seed.
+
+    First on a coarse lattice, each cell predicted from the neighbours that are solved, then on
+    finer and finer ones, where most cells lie between two solved ones and a cubic through both
+    predicts them to many digits. What fails at once is tried again whenever another neighbour
+    is solved, and at last followed from a neighbour in small steps, to where the branch folds.
+
+    A step counts if it converges near its prediction, agrees with the slopes at both of its
+    ends, and keeps the sign of `det ∂R/∂y`.
+
+    **Attributes** (arrays over the grid with a margin; `inner` cuts it off):
+
+    - `y`: dimensionless unknowns; `slope`: their derivatives along the axes.
+    - `solved`: which cells are.
+    - `sign`: of `det ∂R/∂y` on the branch.
+    """
+
+    def __init__(self, robot: Robot, grid: Grid, seed: Float[np.ndarray, " n_y"], steps: int):
+        self.robot, self.grid, self.steps = robot, grid, steps
+        self.imposed = inverse_rows(robot)
+        length = float(scales(robot).length)
+        strides = 0.05 * length / float(np.max(grid.spacing))
+        self.coarsest = 2 ** max(0, int(np.floor(np.log2(max(strides, 1.0)))))
+        margin = self.margin = self.coarsest
+        shape = tuple(n + 2 * margin for n in grid.shape)
+        self.inner = tuple(slice(margin, -margin) for _ in shape)
+        self.point = np.zeros((*shape, 2))
+        self.point[self.inner] = grid.points
+        self.inside = np.zeros(shape, bool)
+        self.inside[self.inner] = True
+        self.y = np.zeros((*shape, seed.size))
+        self.slope = np.zeros((*shape, seed.size, 2))
+        self.solved = np.zeros(shape, bool)
+        self.tried = np.zeros(shape, np.uint16)
+        self.stalled = np.zeros(shape, bool)
+        self.stage = 0
+        self.sign = 0.0
+        self.seed = self._plant(seed)
+
+    def _plant(self, seed) -> tuple[int, int]:
+        """Follows the seed to the cell nearest to it."""
+        axes = list(self.grid.axes)
+        units = np.asarray(unknown_scales(self.robot))[axes]
+        begin = seed[axes] * units
+        cell = self.grid.nearest(begin)
+        goal = self.grid.points[cell]
+        found = self._run(creep, seed[None], self.grid.targets(begin[None]), goal[None])
+        if found.status[0] != Status.SOLVED:
+            raise ValueError(
+                "Argument `seed` must lie beside the grid, but the branch does not reach its "
+                f"nearest cell {goal.tolist()}: {Status(int(found.status[0])).message}."
+            )
+        self.sign = float(found.sign[0])
+        place = (cell[0] + self.margin, cell[1] + self.margin)
+        self._put(np.array([place]), found, np.array([True]))
+        return place
+
+    def state(self) -> dict[str, Any]:
+        """What a run needs to go on from here."""
+        names = ("y", "slope", "solved", "tried", "stalled")
+        return {name: getattr(self, name) for name in names} | {"stage": np.array(self.stage)}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Goes back to a `state`."""
+        for name in ("y", "slope", "solved", "tried", "stalled"):
+            getattr(self, name)[...] = state[name]
+        self.stage = int(state["stage"])
+
+    def spread(self, report: Callable[[int], None], keep: Callable[[], None]) -> None:
+        """Solves every cell that the branch reaches.
+
+        **Arguments:**
+
+        - `report`: called with the number of cells solved so far.
+        - `keep`: called between two batches, when `state` may be saved.
+        """
+        while True:
+            stride = self.coarsest >> self.stage
+            if not self._pass(max(stride, 1)):
+                if stride > 1:
+                    self.tried[...] = 0
+                    self.stage += 1
+                elif not self._creep():
+                    return
+            report(int(np.sum(self.solved)))
+            keep()
+
+    def _unsolved(self, stride: int) -> np.ndarray:
+        lattice = np.zeros_like(self.inside)
+        lattice[self.seed[0] % stride :: stride, self.seed[1] % stride :: stride] = True
+        return np.argwhere(lattice & self.inside & ~self.solved)
+
+    def _pass(self, stride: int) -> bool:
+        """Tries all cells that have new solved neighbours; says whether there were any."""
+        at = self._unsolved(stride)
+        beside = at[:, None] + stride * _OFFSETS
+        have = self.solved[beside[..., 0], beside[..., 1]]
+        bits = np.sum(have << np.arange(8), axis=1).astype(np.uint16)
+        new = (bits & ~self.tried[at[:, 0], at[:, 1]]) != 0
+        if not np.any(new):
+            return False
+        at, beside, have = at[new], beside[new], have[new]
+        self.tried[at[:, 0], at[:, 1]] |= bits[new]
+        guess, sources = self._predict(at, beside, have)
+        found = self._run(advance, guess, self.point[at[:, 0], at[:, 1]])
+        good = (found.status == Status.SOLVED) & (found.sign == self.sign)
+        good &= found.deviation < _DEVIATION
+        for k in range(2):
+            good &= self._mismatch(at, found.y, found.slope, sources[:, k]) < _MISMATCH
+        self._put(at, found, good)
+        return True
+
+    def _predict(self, at, beside, have):
+        """Predictions, best first: between two neighbours, else along the slope of one."""
+        guess = np.zeros((len(at), self.y.shape[-1]))
+        sources = np.zeros((len(at), 2), int)
+        open_ = np.ones(len(at), bool)
+        for first, second in _PAIRS:
+            use = have[:, first] & have[:, second] & open_
+            p, q = (tuple(beside[use, k].T) for k in (first, second))
+            way = self.point[q] - self.point[p]
+            bend = np.einsum("lnk,lk->ln", self.slope[p] - self.slope[q], way)
+            guess[use] = 0.5 * (self.y[p] + self.y[q]) + 0.125 * bend
+            sources[use] = (first, second)
+            open_ &= ~use
+        for k in range(8):
+            use = have[:, k] & open_
+            p = tuple(beside[use, k].T)
+            way = self.point[tuple(at[use].T)] - self.point[p]
+            guess[use] = self.y[p] + np.einsum("lnk,lk->ln", self.slope[p], way)
+            sources[use] = k
+            open_ &= ~use
+        lanes = np.arange(len(at))
+        return guess, np.stack([beside[lanes, sources[:, k]] for k in range(2)], axis=1)
+
+    def _mismatch(self, at, y, slope, source) -> np.ndarray:
+        """Distance of a step from the mean of the slopes at its ends (trapezoidal rule)."""
+        p = tuple(source.T)
+        way = self.point[tuple(at.T)] - self.point[p]
+        expected = 0.5 * np.einsum("lnk,lk->ln", slope + self.slope[p], way)
+        return np.max(np.abs(y - self.y[p] - expected), axis=1)
+
+    def _creep(self) -> bool:
+        """Follows the branch into cells that fail at once, from one new neighbour each."""
+        at = self._unsolved(1)
+        beside = at[:, None] + _OFFSETS[:4]
+        bits = 1 << (8 + np.arange(4))
+        untried = (self.tried[at[:, 0], at[:, 1]][:, None] & bits) == 0
+        cell, side = np.nonzero(self.solved[beside[..., 0], beside[..., 1]] & untried)
+        cell, first = np.unique(cell, return_index=True)
+        if len(cell) == 0:
+            return False
+        side = side[first]
+        at, source = at[cell], beside[cell, side]
+        self.tried[at[:, 0], at[:, 1]] |= bits[side].astype(np.uint16)
+        found = self._follow(source, at)
+        self._put(at, found, (found.status == Status.SOLVED) & (found.sign == self.sign))
+        self.stalled[tuple(at.T)] |= found.status == Status.NOT_CONVERGED
+        return True
+
+    def _follow(self, source, at) -> Nearby:
+        start = self.y[tuple(source.T)]
+        begin = self.grid.targets(self.point[tuple(source.T)])
+        return self._run(creep, start, begin, self.point[tuple(at.T)])
+
+    def _put(self, at, found: Nearby, good) -> None:
+        cells = tuple(at[good].T)
+        self.y[cells], self.slope[cells] = found.y[good], found.slope[good]
+        self.solved[cells] = True
+
+    def _run(self, function, *arrays) -> Nearby:
+        """Calls `advance` or `creep` on batches of one size; the last array holds the points."""
+        *lead, points = arrays
+        arrays = (*lead, self.grid.targets(points))
+        parts = []
+        for k in range(0, len(points), LANES):
+            batch = [a[k : k + LANES] for a in arrays]
+            spare = LANES - len(batch[0])
+            batch = [np.concatenate([a, np.repeat(a[-1:], spare, axis=0)]) for a in batch]
+            lanes = map(jnp.asarray, batch)
+            parts.append(function(self.robot, self.imposed, self.grid.axes, *lanes, self.steps))
+        return Nearby(*(np.concatenate(leaf)[: len(points)] for leaf in zip(*parts, strict=True)))
+
+    def seam(self) -> tuple[Bool[np.ndarray, "n_0 n_1"], int]:
+        """Cells beside a neighbour that the branch does not lead to directly.
+
+        Where a branch overlaps itself, as it does behind a cusp of its folds, a map of one value
+        a cell must jump somewhere. Neighbours whose difference their slopes do not explain are
+        followed into each other; those who do not meet are on the seam.
+        """
+        seam = np.zeros_like(self.solved)
+        pairs = []
+        for offset in _OFFSETS[[0, 2]]:
+            here = np.argwhere(self.solved)
+            there = here + offset
+            both = self.solved[tuple(there.T)]
+            here, there = here[both], there[both]
+            p = tuple(here.T)
+            far = self._mismatch(here, self.y[p], self.slope[p], there) > _SEAM
+            pairs.append(np.stack([here[far], there[far]], axis=1))
+        doubtful = np.concatenate(pairs)
+        for k in range(2):
+            if len(doubtful) == 0:
+                break
+            source, goal = doubtful[:, k], doubtful[:, 1 - k]
+            found = self._follow(source, goal)
+            apart = np.max(np.abs(found.y - self.y[tuple(goal.T)]), axis=1) > 1e-6
+            # A way that ends at a fold leaves it to the other direction.
+            elsewhere = (found.status == Status.SOLVED) & apart
+            for cells in (source[elsewhere], goal[elsewhere]):
+                seam[tuple(cells.T)] = True
+        return seam[self.inner], len(doubtful)

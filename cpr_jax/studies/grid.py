@@ -1,0 +1,160 @@
+"""Grids over two platform coordinates, and what a leg can reach."""
+
+import dataclasses
+
+import numpy as np
+from jaxtyping import Float
+
+from ..errors import InputError
+from ..robots.robot import Robot
+from ..statics.unknowns import unknown_labels
+
+
+@dataclasses.dataclass(frozen=True)
+class Grid:
+    """A rectangular grid over two platform coordinates; the others are held.
+
+    **Attributes:**
+
+    - `axes`: the two entries of `(q_a, q_p)` that vary.
+    - `names`: their names, such as `("y", "z")`.
+    - `coordinates`: the values along each of them, SI units, ascending and equidistant.
+    - `held`: a full `(q_a, q_p)` with the values of the other platform coordinates.
+    """
+
+    axes: tuple[int, int]
+    names: tuple[str, str]
+    coordinates: tuple[Float[np.ndarray, " n_0"], Float[np.ndarray, " n_1"]]
+    held: Float[np.ndarray, " n_q"]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        return len(self.coordinates[0]), len(self.coordinates[1])
+
+    @property
+    def spacing(self) -> Float[np.ndarray, "2"]:
+        return np.array([c[1] - c[0] for c in self.coordinates])
+
+    @property
+    def box(self) -> Float[np.ndarray, "2 2"]:
+        """Lower and upper corner."""
+        return np.array([[c[0] for c in self.coordinates], [c[-1] for c in self.coordinates]])
+
+    @property
+    def points(self) -> Float[np.ndarray, "n_0 n_1 2"]:
+        return np.stack(np.meshgrid(*self.coordinates, indexing="ij"), axis=-1)
+
+    def targets(self, points: Float[np.ndarray, "k 2"]) -> Float[np.ndarray, "k n_q"]:
+        """Full `(q_a, q_p)` with the platform at points of the plane of the grid."""
+        targets = np.tile(self.held, (len(points), 1))
+        targets[:, list(self.axes)] = points
+        return targets
+
+    def nearest(self, point: Float[np.ndarray, "2"]) -> tuple[int, int]:
+        """The cell nearest to a point."""
+        i, j = (int(np.argmin(np.abs(c - x))) for c, x in zip(self.coordinates, point, strict=True))
+        return i, j
+
+
+def make_grid(
+    robot: Robot,
+    q_p: Float[np.ndarray, " n_p"],
+    spacing: float,
+    box: Float[np.ndarray, "2 2"] | None,
+    names: tuple[str, str] | None = None,
+    mirror: bool = False,
+) -> Grid:
+    """A grid whose lines are multiples of the spacing, over a box or over all within reach.
+
+    **Arguments:**
+
+    - `q_p`: platform coordinates whose entries off the axes are held.
+    - `box`: lower and upper corner, SI units.
+    - `mirror`: keep only the half where the first coordinate is not negative.
+    """
+    n_a = robot.n_a
+    labels = [label.removeprefix("p_P_") for label in unknown_labels(robot)[n_a : n_a + robot.n_p]]
+    chosen = names or tuple(labels[: robot.geometry.d][-2:])
+    for name in chosen:
+        if name not in labels:
+            raise InputError(
+                f"Argument `axes` must name platform coordinates ({', '.join(labels)}), but it "
+                f"names {name!r}."
+            )
+    places = [labels.index(name) for name in chosen]
+    if len(set(places)) != 2:
+        raise InputError(f"Argument `axes` must name two coordinates, but it is {chosen!r}.")
+    if not spacing > 0.0:
+        raise InputError(f"Argument `spacing` must be positive, but it is {spacing!r}.")
+    corners = _reachable_box(robot, q_p)[:, places] if box is None else np.asarray(box, float)
+    if corners.shape != (2, 2) or not np.all(np.isfinite(corners)):
+        raise InputError(
+            "Argument `box` must hold a lower and an upper corner of two finite numbers each, "
+            f"but it is {box!r}."
+        )
+    if mirror:
+        corners = np.array([[0.0, corners[0, 1]], corners[1]])
+    first = np.ceil(corners[0] / spacing - 1e-9).astype(int)
+    last = np.floor(corners[1] / spacing + 1e-9).astype(int)
+    if np.any(last - first < 2):
+        raise InputError(
+            "Argument `box` must be at least two spacings wide, but its corners are "
+            f"{corners.tolist()} with a spacing of {spacing}."
+        )
+    lines = [spacing * np.arange(a, b + 1) for a, b in zip(first, last, strict=True)]
+    held = np.concatenate([np.zeros(n_a), np.asarray(q_p, float)])
+    axes = (n_a + places[0], n_a + places[1])
+    return Grid(axes, (chosen[0], chosen[1]), (lines[0], lines[1]), held)
+
+
+def reaches(robot: Robot) -> Float[np.ndarray, " n"]:
+    """How far the far end of each leg can be from its base, m; infinite where nothing limits it."""
+    legs = robot.legs
+    d = robot.geometry.d
+    straight = [np.linalg.norm(np.asarray(part), axis=-1) for part in (legs.a, legs.b)]
+    reach = np.asarray(legs.rod.length) + straight[0] + straight[1]
+    limited = np.all(np.asarray(legs.screw)[:, :d] == 0.0, axis=1)
+    if legs.feed is not None:
+        limited &= np.asarray(legs.feed) == 0.0
+    if legs.rod.strain_compliance is not None:
+        limited &= np.all(np.asarray(legs.rod.strain_compliance) == 0.0, axis=-1)
+    limited &= np.all(np.asarray(legs.joint.free)[:, :d] == 0.0, axis=1)
+    return np.where(limited, reach, np.inf)
+
+
+def out_of_reach(robot: Robot, q_p: Float[np.ndarray, "k n_p"]) -> np.ndarray:
+    """Whether some leg is shorter than the way from its base to its joint, shape `(k,)`."""
+    d = robot.geometry.d
+    arms = np.asarray(robot.legs.attachment_position)
+    slack = np.linalg.norm(arms, axis=-1)
+    if robot.oriented and robot.geometry.r == 1:
+        turn = q_p[:, d]
+        c, s = np.cos(turn), np.sin(turn)
+        matrices = np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)
+        ends = q_p[:, None, :d] + np.einsum("kij,nj->kni", matrices, arms)
+        slack = np.zeros_like(slack)
+    elif robot.oriented:
+        ends = np.broadcast_to(q_p[:, None, :d], (len(q_p), *arms.shape))
+    else:
+        ends = q_p[:, None, :d] + arms
+        slack = np.zeros_like(slack)
+    ways = np.linalg.norm(ends - np.asarray(robot.legs.base_position), axis=-1)
+    return np.any(ways - slack > reaches(robot) * (1.0 + 1e-12), axis=1)
+
+
+def _reachable_box(robot: Robot, q_p) -> Float[np.ndarray, "2 n_p"]:
+    d = robot.geometry.d
+    base = np.asarray(robot.legs.base_position)
+    size = reaches(robot) + np.linalg.norm(np.asarray(robot.legs.attachment_position), axis=-1)
+    if not np.all(np.isfinite(size)):
+        # Motors that slide or feed: a rod length around where the platform is.
+        around = np.full(d, 1.0) * np.mean(np.asarray(robot.legs.rod.length))
+        low, high = np.asarray(q_p)[:d] - around, np.asarray(q_p)[:d] + around
+    else:
+        low = np.max(base - size[:, None], axis=0)
+        high = np.min(base + size[:, None], axis=0)
+    spread = np.full(robot.n_p - d, np.pi / 2.0)
+    middle = np.asarray(q_p)[d:]
+    return np.array(
+        [np.concatenate([low, middle - spread]), np.concatenate([high, middle + spread])]
+    )

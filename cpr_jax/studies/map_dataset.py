@@ -1,0 +1,158 @@
+"""A workspace map as one labelled dataset."""
+
+import json
+
+import numpy as np
+import xarray as xr
+
+from ..analysis.parameters import Selection
+from ..robots.robot import Robot
+from ..statics.status import Status
+from ..statics.unknowns import unknown_labels, unknown_units
+from .cells import Cell
+from .grid import Grid
+from .results import versions
+
+
+def map_dataset(
+    robot: Robot,
+    grid: Grid,
+    selection: Selection,
+    delta: np.ndarray,
+    status: np.ndarray,
+    solved: np.ndarray,
+    seam: np.ndarray,
+    cells: Cell,
+    lines: dict[str, list[np.ndarray]],
+) -> xr.Dataset:
+    """The dataset of a map: NaN where there is no equilibrium, and `status` says why.
+
+    Dimensions: the two coordinates; `motor`, `leg`, `wrench`, `coordinate` (of the platform),
+    `parameter`, `rank` (semi-axes, largest first), `axis` (of the plane of the map); `curve` and
+    `point` of the singular curves `t1_line` and `t2_line`, padded with NaN. Each variable has
+    its unit and says what it is.
+    """
+    n_a = robot.n_a
+    labels, units = unknown_labels(robot), unknown_units(robot)
+    over = grid.names
+    motor_unit = units[0] if len(set(units[:n_a])) == 1 else "rad or m"
+    torque_unit = {"rad": "N m", "m": "N"}.get(motor_unit, "N m or N")
+
+    def spread(values: np.ndarray) -> np.ndarray:
+        values = np.asarray(values)
+        full = np.full((*grid.shape, *values.shape[1:]), np.nan)
+        full[solved] = values
+        return full
+
+    def entry(values, unit: str, text: str, *more: str):
+        return ((*over, *more), spread(values), {"units": unit, "long_name": text})
+
+    index = np.full(grid.shape, -1, np.int16)
+    index[solved] = cells.unstable
+    branch = np.where(solved, 0, -1).astype(np.int8)
+    flags = {
+        "flag_values": np.array([int(s) for s in Status], np.int8),
+        "flag_meanings": " ".join(s.name.lower() for s in Status),
+        "long_name": "why a cell has no equilibrium",
+    }
+    major, minor = cells.semi_axes[:, 0], cells.semi_axes[:, -1]
+    area = np.pi * cells.semi_axes[:, 0] * cells.semi_axes[:, 1]
+    variables = {
+        "status": (over, status, flags),
+        "semi_axis_max": entry(major, "m", "largest semi-axis of the uncertainty ellipsoid"),
+        "semi_axis_min": entry(minor, "m", "smallest semi-axis of the uncertainty ellipsoid"),
+        "ellipse_area": entry(area, "m2", "area of the ellipse of its two largest semi-axes"),
+        "direction": entry(
+            cells.directions[:, 0], "1", "direction of the largest semi-axis", "space"
+        ),
+        "Pi_p": entry(
+            cells.Pi_p,
+            "SI",
+            "sensitivity of the platform, motors held",
+            "coordinate",
+            "parameter",
+        ),
+        "sigma_t1": entry(cells.sigma_t1, "1", "smallest singular value of A_q, platform held"),
+        "sigma_t2": entry(cells.sigma_t2, "1", "smallest singular value of A_p, motors held"),
+        "stable": (
+            over,
+            (index == 0).astype(np.int8),
+            {"units": "1", "long_name": "1 where no motion lowers the potential energy"},
+        ),
+        "index": (
+            over,
+            index,
+            {"units": "1", "long_name": "unstable directions, motors held; -1 where unsolved"},
+        ),
+        "branch": (
+            over,
+            branch,
+            {"units": "1", "long_name": "0 on the branch of the seed, -1 where unsolved"},
+        ),
+        "seam": (
+            over,
+            seam.astype(np.int8),
+            {
+                "units": "1",
+                "long_name": "1 beside a cell on another sheet of the branch",
+            },
+        ),
+        "q_a": entry(cells.q_a, motor_unit, "motor positions", "motor"),
+        "mu": entry(cells.mu, "N, N m", "wrenches at the bases of the rods", "leg", "wrench"),
+        "motor_torque": entry(cells.motor_torques, torque_unit, "motor torques", "motor"),
+        "energy": entry(cells.energy, "J", "total potential energy"),
+        "bow": entry(cells.bows, "1", "which way and how far each rod bows", "leg"),
+        "manipulability": entry(cells.manipulability, "SI", "sqrt(det(J J^T)), J = dp_P/dq_a"),
+        "manipulability_condition": entry(
+            cells.manipulability_condition, "1", "smallest over largest singular value of J"
+        ),
+        "curvature": entry(cells.curvature, "1/m", "largest curvature along the rods"),
+        "moment": entry(cells.moment, "N m", "largest internal moment along the rods"),
+        "residual": entry(cells.residual, "1", "largest entry of the dimensionless residual"),
+        "delta": (("parameter",), np.asarray(delta), {"long_name": "half ranges (6)"}),
+    }
+    for name, curves in lines.items():
+        kind = "Type 1" if name == "t1_line" else "Type 2"
+        text = f"{kind} singularities of the branch"
+        variables[name] = (("curve", "point", "axis"), curves, {"units": "m", "long_name": text})
+    longest = max([len(c) for curves in lines.values() for c in curves] or [0])
+    most = max(len(curves) for curves in lines.values())
+    for name, curves in lines.items():
+        padded = np.full((most, longest, 2), np.nan)
+        for k, curve in enumerate(curves):
+            padded[k, : len(curve)] = curve
+        dims, _, attributes = variables[name]
+        variables[name] = (dims, padded, attributes)
+    axis_units = [units[axis] for axis in grid.axes]
+    held = {
+        labels[n_a + k]: float(grid.held[n_a + k])
+        for k in range(robot.n_p)
+        if n_a + k not in grid.axes
+    }
+    coordinates = {
+        name: (name, values, {"units": unit, "long_name": f"platform coordinate {name}"})
+        for name, values, unit in zip(grid.names, grid.coordinates, axis_units, strict=True)
+    }
+    return xr.Dataset(
+        variables,
+        coords={
+            **coordinates,
+            "motor": list(labels[:n_a]),
+            "wrench": [
+                *(f"n_{axis}" for axis in robot.geometry.axes),
+                *(f"m_{axis}" for axis in robot.geometry.rotation_axes),
+            ],
+            "coordinate": list(labels[n_a : n_a + robot.n_p]),
+            "parameter": list(selection.labels),
+            "parameter_unit": ("parameter", list(selection.units)),
+            "axis": list(grid.names),
+            "space": list(robot.geometry.axes),
+        },
+        attrs={
+            "title": f"Workspace map of {robot.name}",
+            "robot": robot.name,
+            "held": json.dumps(held),
+            "versions": json.dumps(versions()),
+            "convention": "SI units, world axes",
+        },
+    )

@@ -1,0 +1,103 @@
+"""Finished parts of a long run: kept whole, recognised when the run goes on."""
+
+import hashlib
+import json
+import pathlib
+import zipfile
+from typing import Any
+
+import jax
+import numpy as np
+
+from ..errors import InputError
+from .results import write_atomically
+
+
+class Parts:
+    """A folder of named parts that belong to one configuration.
+
+    Each part is one file with the checksum of its arrays inside; it is whole, or it is not
+    there. A part that does not match its checksum is computed again.
+
+    **Arguments:**
+
+    - `folder`: where the parts are, or `None` to keep nothing.
+    - `configuration`: what decides every number of the run.
+    - `resume`: go on with the parts that are there; without it they must be of no other run, and
+        are removed.
+    """
+
+    def __init__(
+        self, folder: pathlib.Path | None, configuration: dict[str, Any], resume: bool
+    ) -> None:
+        self.folder = folder
+        self.known = 0
+        if folder is None:
+            return
+        text = json.dumps(configuration, indent=2, sort_keys=True)
+        path = folder / "configuration.json"
+        if resume and path.exists():
+            _compare(json.loads(path.read_text()), json.loads(text), folder)
+        else:
+            self.clear()
+            write_atomically(path, lambda file: file.write_text(text + "\n"))
+
+    def load(self, name: str) -> dict[str, np.ndarray] | None:
+        """A part, or `None` where there is none or a damaged one."""
+        if self.folder is None:
+            return None
+        path = self.folder / f"{name}.npz"
+        try:
+            with np.load(path) as file:
+                arrays = {key: file[key] for key in file.files}
+        except (FileNotFoundError, ValueError, EOFError, KeyError, OSError, zipfile.BadZipFile):
+            return None
+        stored = arrays.pop("checksum", None)
+        if stored is None or str(stored) != _checksum(arrays):
+            return None
+        self.known += 1
+        return arrays
+
+    def save(self, name: str, arrays: dict[str, np.ndarray]) -> None:
+        """Keeps a part; a part of the same name is replaced."""
+        if self.folder is None:
+            return
+        stored: dict[str, Any] = {"checksum": np.array(_checksum(arrays)), **arrays}
+
+        def write(path: pathlib.Path) -> None:
+            np.savez(path, **stored)
+
+        write_atomically(self.folder / f"{name}.npz", write)
+
+    def clear(self) -> None:
+        """Removes all parts and what an interrupted write has left."""
+        if self.folder is None or not self.folder.exists():
+            return
+        for path in self.folder.iterdir():
+            path.unlink()
+        self.folder.rmdir()
+
+
+def _checksum(arrays: dict[str, np.ndarray]) -> str:
+    digest = hashlib.sha256()
+    for name in sorted(arrays):
+        array = np.ascontiguousarray(arrays[name])
+        digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
+        digest.update(array.tobytes())
+    return digest.hexdigest()
+
+
+def digest(tree: Any) -> str:
+    """A fingerprint of all numbers of a pytree."""
+    leaves = {f"{k:04}": np.asarray(leaf) for k, leaf in enumerate(jax.tree.leaves(tree))}
+    return _checksum(leaves)
+
+
+def _compare(old: dict, new: dict, folder: pathlib.Path) -> None:
+    names = sorted(key for key in {*old, *new} if old.get(key) != new.get(key))
+    if names:
+        changes = "; ".join(f"{name}: {old.get(name)} then, {new.get(name)} now" for name in names)
+        raise InputError(
+            f"Argument `resume` must go on with the same configuration, but the run in {folder} "
+            f"has another one ({changes})."
+        )

@@ -1,0 +1,181 @@
+"""The workspace map of the paper's robot, on a coarse grid."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from cpr_jax.errors import InputError
+from cpr_jax.robots.catalogue import rfrfr, three_rfr
+from cpr_jax.statics.equilibrium import solve_inverse
+from cpr_jax.statics.status import Status
+from cpr_jax.studies.results import save_dataset
+from cpr_jax.studies.workspace import Limits, workspace_map
+from tests.oracles.planar_shooting import PlanarRobot, energy, forward, inverse, residual
+
+SPACING = 0.006
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return rfrfr()
+
+
+@pytest.fixture(scope="module")
+def mapped(robot):
+    return workspace_map(robot, spacing=SPACING)
+
+
+def unknowns(dataset, i, j):
+    cell = dataset.isel(y=i, z=j)
+    point = [float(cell["y"]), float(cell["z"])]
+    return np.concatenate([cell["q_a"].values, point, cell["mu"].values.reshape(-1)])
+
+
+def chosen(dataset, count, seed=0):
+    """Random solved cells that are not beside a singularity, where shooting is ill-posed."""
+    good = (dataset["index"].values >= 0) & (dataset["sigma_t2"].values > 4e-3)
+    good &= dataset["sigma_t1"].values > 4e-3
+    cells = np.argwhere(good)
+    return cells[np.random.default_rng(seed).choice(len(cells), count, replace=False)]
+
+
+def test_half_the_workspace_is_mapped_and_every_cell_says_why(mapped):
+    assert mapped["y"].values[0] == 0.0
+    status, index = mapped["status"].values, mapped["index"].values
+    assert set(np.unique(status)) == {Status.SOLVED, Status.OUT_OF_REACH, Status.BEYOND_FOLD}
+    np.testing.assert_array_equal(status == Status.SOLVED, index >= 0)
+    for name in ("semi_axis_max", "Pi_p", "q_a", "energy", "sigma_t1"):
+        finite = np.isfinite(mapped[name].values).reshape(*status.shape, -1)
+        np.testing.assert_array_equal(np.all(finite, axis=-1), index >= 0)
+    assert np.nanmax(mapped["residual"].values) < 1e-10
+
+
+def test_cells_without_a_solution_are_where_geometry_says(mapped):
+    """Out of reach is farther from a motor than a straight leg is long."""
+    y, z = np.meshgrid(mapped["y"], mapped["z"], indexing="ij")
+    far = np.max([np.hypot(y + side, z) for side in (-0.1, 0.1)], axis=0) > 0.045 + 0.25 + 0.035
+    np.testing.assert_array_equal(mapped["status"].values == Status.OUT_OF_REACH, far)
+
+
+def test_cells_are_equilibria_of_the_shooting_model(mapped):
+    model = PlanarRobot()
+    for i, j in chosen(mapped, 12):
+        y = unknowns(mapped, i, j)
+        np.testing.assert_allclose(residual(model, y), 0.0, atol=1e-8)
+        cell = mapped.isel(y=i, z=j)
+        np.testing.assert_allclose(float(cell["energy"]), energy(model, y), rtol=1e-9)
+
+
+def test_sensitivity_and_velocity_of_cells_beside_differences(mapped):
+    """Central differences of forward solves by shooting; semi-axes by their definition."""
+    delta = mapped["delta"].values
+    for i, j in chosen(mapped, 3, seed=1):
+        y = unknowns(mapped, i, j)
+        cell = mapped.isel(y=i, z=j)
+
+        def end(q, k_b=(0.0183, 0.0183), r=(-1.0, 1.0), y=y):
+            model = PlanarRobot(k_b=k_b, curvature=(1.0 / r[0], 1.0 / r[1]))
+            return forward(model, q, y)[2:4]
+
+        def slope(at, h):
+            return (at(h) - at(-h)) / (2.0 * h)
+
+        q = y[:2]
+        columns = [
+            slope(lambda h: end(q, k_b=(0.0183 + h, 0.0183)), 1e-6),
+            slope(lambda h: end(q, r=(-1.0 + h, 1.0)), 1e-4),
+            slope(lambda h: end(q, k_b=(0.0183, 0.0183 + h)), 1e-6),
+            slope(lambda h: end(q, r=(-1.0, 1.0 + h)), 1e-4),
+        ]
+        Pi = np.stack(columns, axis=1)
+        np.testing.assert_allclose(cell["Pi_p"], Pi, rtol=0, atol=2e-5 * np.max(np.abs(Pi)))
+        axes = np.linalg.svd(Pi * delta, compute_uv=False)
+        np.testing.assert_allclose(
+            [cell["semi_axis_max"], cell["semi_axis_min"]], axes, rtol=0, atol=1e-4 * axes[0]
+        )
+        J = np.stack(
+            [slope(lambda h: end(q + [h, 0.0]), 1e-5), slope(lambda h: end(q + [0.0, h]), 1e-5)], 1
+        )
+        np.testing.assert_allclose(cell["manipulability"], abs(np.linalg.det(J)), rtol=1e-4)
+
+
+def test_neighbours_lead_to_one_another(robot, mapped):
+    """Followed from cell to cell in steps of a tenth, as nobody would map; but for the seam."""
+    seam = mapped["seam"].values == 1
+    index = mapped["index"].values
+    pairs = []
+    for offset in ((1, 0), (0, 1)):
+        here = np.argwhere(index >= 0)
+        there = here + offset
+        inside = np.all(there < index.shape, axis=1)
+        here, there = here[inside], there[inside]
+        both = index[tuple(there.T)] >= 0
+        both &= ~(seam[tuple(here.T)] & seam[tuple(there.T)])
+        pairs += list(zip(here[both], there[both], strict=True))
+    picked = np.random.default_rng(3).choice(len(pairs), 40, replace=False)
+    for k in picked:
+        (i, j), (m, n) = pairs[k]
+        y = unknowns(mapped, i, j)
+        goal = unknowns(mapped, m, n)
+        # By shooting in ten steps, each from the one before.
+
+        for share in np.linspace(0.1, 1.0, 10):
+            point = (1.0 - share) * unknowns(mapped, i, j)[2:4] + share * goal[2:4]
+            y = inverse(PlanarRobot(), point, y)
+        np.testing.assert_allclose(y[:2], goal[:2], rtol=0, atol=1e-6)
+
+
+def test_the_left_half_is_the_mirror_image(robot, mapped):
+    whole = workspace_map(robot, spacing=0.012, box=((-0.09, 0.15), (0.09, 0.27)))
+    axes = whole["semi_axis_max"].values
+    np.testing.assert_allclose(axes, axes[::-1], rtol=1e-7)
+    shared = mapped["semi_axis_max"].sel(y=whole["y"][whole["y"] > -1e-9], z=whole["z"])
+    np.testing.assert_allclose(axes[len(axes) // 2 :], shared, rtol=1e-7)
+
+
+def test_limits_mark_cells_and_keep_their_numbers(robot):
+    box = ((0.0, 0.15), (0.06, 0.25))
+    free = workspace_map(robot, spacing=0.012, box=box)
+    torque = np.max(np.abs(free["motor_torque"].values), axis=-1)
+    limit = float(np.median(torque))
+    limited = workspace_map(robot, spacing=0.012, box=box, limits=Limits(torque=limit))
+    beyond = limited["status"].values == Status.BEYOND_LIMITS
+    np.testing.assert_array_equal(beyond, torque > limit)
+    assert 0 < beyond.sum() < beyond.size
+    np.testing.assert_array_equal(limited["semi_axis_max"], free["semi_axis_max"])
+
+
+def test_a_platform_with_an_orientation_keeps_it():
+    robot = three_rfr()
+    seed = solve_inverse(robot, robot.home.q_p)
+    dataset = workspace_map(robot, seed, spacing=0.02, box=((-0.06, -0.06), (0.06, 0.06)))
+    assert dict(dataset.sizes)["motor"] == 3
+    assert '"phi_P' in dataset.attrs["held"]
+    assert np.sum(dataset["index"].values >= 0) > 20
+    assert dataset["Pi_p"].shape[2] == 3
+
+
+def test_the_dataset_is_labelled_and_survives_a_file(mapped, tmp_path):
+    assert mapped["status"].dims == ("y", "z")
+    assert mapped["t2_line"].dims == ("curve", "point", "axis")
+    for name in mapped.data_vars:
+        assert "long_name" in mapped[name].attrs, name
+    save_dataset(mapped, tmp_path / "map.nc")
+    with xr.open_dataset(tmp_path / "map.nc", engine="h5netcdf") as again:
+        xr.testing.assert_identical(again.load(), mapped)
+
+
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [
+        ({"spacing": -1.0}, "spacing"),
+        ({"axes": ("y", "y")}, "axes"),
+        ({"axes": ("y", "x")}, "axes"),
+        ({"box": ((0.0, 0.0), (0.001, 0.001))}, "box"),
+        ({"box": ((0.0, 0.0), (np.inf, 0.1))}, "box"),
+        ({"parameters": ("nothing",)}, "nothing"),
+    ],
+)
+def test_mistakes_are_named(robot, options, field):
+    with pytest.raises(InputError, match=field):
+        workspace_map(robot, **options)
