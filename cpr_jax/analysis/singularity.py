@@ -19,7 +19,7 @@ from ..statics.unknowns import unknown_scales, unravel
 _CLOSE = 1e-9
 _ITERATIONS = 8
 _ITERATIONS_OF_STARTS = 25
-_LONGEST = 0.12
+_LONGEST = 0.2
 """Longest step along a curve, in dimensionless unknowns."""
 
 _WIDTH = 32
@@ -94,6 +94,15 @@ def trace_curves(
     lanes = tracer.seeds(np.asarray(starts) / units, np.asarray(along))
     curves = _joined(tracer.trace(lanes, max_points), 2.0 * _LONGEST)
     return [SingularCurve(points * units, closed) for points, closed in curves]
+
+
+def compile_tracing(robot: Robot, axes: tuple[int, int], steps: int) -> None:
+    """Compiles what `trace_curves` runs, for robots and axes like these."""
+    box = np.zeros((2, 2))
+    tracer = _Tracer(robot, SingularityType.TYPE_1, axes, box, 1.0, None, steps)
+    nothing = np.full((1, robot.n_y), np.nan)
+    borders = np.zeros((1, tracer.columns.shape[1]))
+    tracer.correct(_Lane(nothing, nothing, borders, borders, np.zeros(1, bool)), nothing)
 
 
 class _Tracer:
@@ -206,10 +215,13 @@ class _Tracer:
         active = np.arange(count)
         now = lanes._replace(tangent=direction * lanes.tangent)
         stride = self.stride(now.tangent)
+        bend = np.zeros_like(now.z)
         for _ in range(max_points):
             if len(active) == 0:
                 break
-            new = self.correct(now, now.z + stride[:, None] * now.tangent)
+            new = self.correct(
+                now, now.z + stride[:, None] * (now.tangent + 0.5 * stride[:, None] * bend)
+            )
             turn = np.sum(new.tangent * now.tangent, axis=1)
             good = new.converged & (turn > 0.95)
             tiny = ~good & (stride < 1e-6)
@@ -234,6 +246,8 @@ class _Tracer:
                 if not changes:
                     pieces[lane].append(np.asarray(new.z[i]))
                 going[i] = not (leaves or changes)
+            turned = (new.tangent - now.tangent) / stride[:, None]
+            bend = np.where(good[:, None], turned, bend)[going]
             grown = np.minimum(1.5 * stride, self.stride(new.tangent))
             stride = np.where(good, grown, 0.4 * stride)[going]
             now = _Lane(

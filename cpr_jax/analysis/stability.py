@@ -9,7 +9,7 @@ from ..geometry import AbstractGeometry, Components
 from ..robots.leg import Leg
 from ..robots.robot import Robot
 from ..rods.equations import RodState
-from ..rods.integration import DEFAULT_STEPS, rod_shape, rod_tip
+from ..rods.integration import DEFAULT_STEPS, rod_tip
 from ..rods.rod import Rod
 from ..statics.equilibrium import Equilibrium
 from ..statics.linear import inverse_with_sign, negative_eigenvalues
@@ -82,7 +82,11 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Stabili
         flexibility = _tip_flexibility(geometry, pieces) + _SOFTENING * jnp.eye(mu.size)
         clamped = _free_end_index(geometry, pieces) - negative_eigenvalues(flexibility)
 
-        K = inverse_with_sign(flexibility)[0] * wrench[:, None] / pose
+        # Two terms of the series in what was added undo it where the rod is not straight. With
+        # both, no eigenvalue changes its sign.
+        K = inverse_with_sign(flexibility)[0]
+        added = _SOFTENING * K
+        K = (K + (K + K @ added) @ added) * wrench[:, None] / pose
         b = jnp.stack(geometry.rotate(tip.rotation, leg.b))
         A = jnp.eye(mu.size).at[:d, d:].set(-_spin(geometry, b))
         K = (A.T @ K @ A).at[d:, d:].add(_lever(geometry, b, tip.force))
@@ -127,14 +131,12 @@ def _pieces(geometry: AbstractGeometry, leg: Leg, q, mu, steps: int):
     """
     d, r = geometry.d, geometry.r
     base = leg_base(geometry, leg, q, mu)
-    along = rod_shape(geometry, base.rod, base.force, base.moment, steps)
-    nodes = jax.vmap(lambda state: to_world(geometry, base, state))(along)
+    load, couple = leg.rod.force, leg.rod.moment
 
-    def move(change, start: RodState, end: RodState):
+    def move(change, start: RodState):
         turn, n, m = jnp.split(change, [r, r + d])
         rotation = geometry.compose(geometry.exp(turn), start.rotation)
         moment = start.moment + m + 0.5 * _turned(geometry, turn, start.moment)
-        load, couple = leg.rod.force, leg.rod.moment
         rod = Rod(
             length=base.rod.length / steps,
             curvature_compliance=leg.rod.curvature_compliance,
@@ -152,13 +154,20 @@ def _pieces(geometry: AbstractGeometry, leg: Leg, q, mu, steps: int):
             moment=jnp.stack(geometry.to_local(rotation, moment)),
         )
         last = to_world(geometry, first, rod_tip(geometry, rod, first.force, first.moment, 1))
-        turn = geometry.log(geometry.compose(last.rotation, geometry.inverse(end.rotation)))
-        moment = last.moment - 0.5 * _turned(geometry, jnp.stack(turn), end.moment)
-        return jnp.concatenate([last.position, jnp.stack(turn), last.force, moment])
+        end = jax.lax.stop_gradient(last)
+        turn = jnp.stack(
+            geometry.log(geometry.compose(last.rotation, geometry.inverse(end.rotation)))
+        )
+        moment = last.moment - 0.5 * _turned(geometry, turn, end.moment)
+        return jnp.concatenate([last.position, turn, last.force, moment]), end
 
-    starts, ends = (jax.tree.map(lambda leaf, k=k: leaf[k : k + steps], nodes) for k in (0, 1))
-    tangents = jax.vmap(jax.jacfwd(move), in_axes=(None, 0, 0))(jnp.zeros(d + 2 * r), starts, ends)
-    return tangents, jax.tree.map(lambda leaf: leaf[-1], nodes)
+    def forward(start: RodState, _):
+        tangents, end = jax.jacfwd(move, has_aux=True)(jnp.zeros(d + 2 * r), start)
+        return end, tangents
+
+    start = RodState(base.position, jnp.stack(base.rotation), mu[:d], mu[d:])
+    tip, tangents = jax.lax.scan(forward, start, length=steps)
+    return tangents, tip
 
 
 def _tip_flexibility(geometry: AbstractGeometry, pieces):

@@ -18,6 +18,10 @@ from .unknowns import unknown_scales
 
 _CLOSE = 1e-9
 _ITERATIONS = 5
+
+DEVIATION = 0.03
+"""Largest distance of a solution from its prediction, in dimensionless unknowns."""
+
 _SHORTEST = 5e-3
 
 
@@ -51,6 +55,8 @@ def advance(
 ) -> Nearby:
     """Newton's method from predictions, undamped: it converges at once or the caller goes slower.
 
+    A lane that leaves its prediction by more than `DEVIATION` is given up.
+
     **Arguments:**
 
     - `axes`: the entries of `(q_a, q_p)` that vary.
@@ -60,8 +66,9 @@ def advance(
 
     def one(guess, goal):
         def unfinished(state):
-            _, norm, _, _, count = state
-            return (count < _ITERATIONS) & (norm > _CLOSE)
+            y, norm, _, _, count = state
+            near = jnp.max(jnp.abs(y - guess)) < DEVIATION
+            return (count < _ITERATIONS) & (norm > _CLOSE) & near
 
         def newton(state):
             y, *_, count = state

@@ -84,8 +84,10 @@ def follow(
             return f, f
 
         def unfinished(carry):
-            _, norm, _, _, k = carry
-            return (k < _CORRECTIONS) & (norm > _CORRECTED)
+            # Away from its prediction a correction counts as failed, wherever it may lead.
+            moved, norm, _, _, k = carry
+            near = jnp.max(jnp.abs(moved - y)) < _MAX_DEVIATION
+            return (k < _CORRECTIONS) & (norm > _CORRECTED) & near
 
         def newton(carry):
             y, *_, k = carry

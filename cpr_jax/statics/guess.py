@@ -27,7 +27,6 @@ def follow_path(
     robot: Robot,
     imposed: Float[Array, "n_a n_q"],
     start: Float[Array, " n_y"],
-    gap: Float[Array, " n_r"],
     path: Float[Array, "points n_h"],
     steps: int = DEFAULT_STEPS,
 ) -> Track:
@@ -37,10 +36,11 @@ def follow_path(
 
     - `imposed`: see `Problem`.
     - `start`: unknowns in SI units at `path[0]`.
-    - `gap`, `path`: a corner `(w, q_a, q_p)` stands for the imposed coordinates `(q_a, q_p)`
-        with `w gap` subtracted from the residual.
+    - `path`: a corner `(w, q_a, q_p)` stands for the imposed coordinates `(q_a, q_p)` and for the
+        share w of what `start` lacks to an equilibrium that is still left open.
     """
     units = unknown_scales(robot)
+    gap = _gap(robot, start, steps)
 
     def equations(y, h):
         return full_residual(y, Problem(robot, imposed, h[1:], h[0] * gap), steps)
@@ -58,9 +58,9 @@ def assemble(robot: Robot, rough: Float[Array, " n_q"], steps: int = DEFAULT_STE
     """
     no_wrench = jnp.zeros((robot.n, robot.geometry.freedoms))
     start = ravel(State(rough[: robot.n_a], rough[robot.n_a :], no_wrench))
-    gap = _gap(robot, start, steps)
-    path = jnp.stack([jnp.concatenate([jnp.full(1, w), rough]) for w in (1.0, 0.0)])
-    return follow_path(robot, forward_rows(robot), start, gap, path, steps)
+    # As many corners as `move` has to one goal, so that one compiled program serves both.
+    path = jnp.stack([jnp.concatenate([jnp.full(1, w), rough]) for w in (1.0, 0.0, 0.0, 0.0)])
+    return follow_path(robot, forward_rows(robot), start, path, steps)
 
 
 def move(
@@ -79,7 +79,7 @@ def move(
     corners = jnp.concatenate([start[None, :n_q], start[None, :n_q], corners])
     open_ = jnp.zeros((corners.shape[0], 1)).at[0].set(1.0)
     path = jnp.concatenate([open_, corners], axis=1)
-    return follow_path(robot, imposed, start, _gap(robot, start, steps), path, steps)
+    return follow_path(robot, imposed, start, path, steps)
 
 
 @eqx.filter_jit
@@ -99,7 +99,6 @@ def fitted(robot: Robot, y: Float[Array, " n_y"], steps: int = DEFAULT_STEPS) ->
     return ravel(state._replace(mu=factor * state.mu))
 
 
-@eqx.filter_jit
 def _gap(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Float[Array, " n_r"]:
     """`R₀` at unknowns that need not be an equilibrium."""
     return residual(robot, unravel(robot, y), steps)

@@ -41,7 +41,7 @@ class AllEquilibria(NamedTuple):
 
     - `y`: unknowns `(q_a, q_p, μ)`, motors that turn within half a turn, `(found, n_y)`.
     - `energy`: total potential energy, J.
-    - `index`: number of unstable directions with the motors held; 0 is stable.
+    - `unstable`: number of unstable directions with the motors held; 0 is stable.
     - `bows`: which way and how far each rod bows, `(found, n)`: they name the branch.
     - `hits`: how many starts ended at each.
     - `unseen`: Chao's lower bound on how many more there are, from those that were hit once and
@@ -50,7 +50,7 @@ class AllEquilibria(NamedTuple):
 
     y: Float[np.ndarray, "found n_y"]
     energy: Float[np.ndarray, " found"]
-    index: np.ndarray
+    unstable: np.ndarray
     bows: Float[np.ndarray, "found n"]
     hits: np.ndarray
     unseen: float

@@ -18,18 +18,24 @@ from ..errors import InputError
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium, solve_inverse
+from ..statics.problem import TOLERANCE
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
+from .ahead import compile_ahead
 from .cells import Cell, look_at_cells
 from .front import Front
 from .grid import Grid, make_grid, out_of_reach
 from .map_dataset import map_dataset
+from .parallel import in_parallel
 from .parts import Parts, digest
 from .results import save_dataset, versions
 from .symmetry import is_mirror_symmetric
 
 _CHUNK = 1024
 """Cells looked at in one call; finished ones are kept."""
+
+_POLISHED = 3
+"""How often a cell is polished beyond the first time."""
 
 _SAME_SHEET = 0.3
 """Largest difference of the motors, dimensionless, between a curve and the cells around it."""
@@ -119,20 +125,23 @@ def workspace_map(
         )
     selection = select(robot, parameters)
     half_ranges = ranges(robot, selection, delta)
+    if seed is None and robot.home is None:
+        raise InputError("Argument `seed` must be given for a robot without a home configuration.")
+    plane = _axes(robot, axes)
+    ahead = compile_ahead(robot, selection, half_ranges, plane, steps, coarse(steps), _CHUNK)
     if seed is None:
-        if robot.home is None:
-            raise InputError(
-                "Argument `seed` must be given for a robot without a home configuration."
-            )
+        assert robot.home is not None
         seed = solve_inverse(robot, robot.home.q_p, steps=steps)
     if int(seed.status) != Status.SOLVED:
         raise InputError(
             f"Argument `seed` must be solved, but its status is {Status(int(seed.status)).name}."
         )
+    for thread in ahead:
+        thread.join()
     step = float(jnp.mean(robot.legs.rod.length)) / 100.0 if spacing is None else float(spacing)
     corners = None if box is None else np.asarray(box, float)
     if symmetry is None:
-        symmetry = box is None and is_mirror_symmetric(robot, seed, steps)
+        symmetry = box is None and is_mirror_symmetric(robot, seed, coarse(steps))
     grid = make_grid(robot, np.asarray(seed.q_p), step, corners, axes, symmetry)
     configuration = _configuration(robot, seed, grid, selection, half_ranges, limits, steps)
     folder = None if out is None else pathlib.Path(out)
@@ -148,6 +157,15 @@ def workspace_map(
         save_dataset(dataset, folder / "map.nc")
         parts.clear()
     return dataset
+
+
+def coarse(steps: int) -> int:
+    """Steps that find the cells; each is polished with all steps when it is looked at."""
+    return max(2, (steps + 1) // 2)
+
+
+def _axes(robot: Robot, names: tuple[str, str] | None) -> tuple[int, int]:
+    return make_grid(robot, np.zeros(robot.n_p), 1.0, np.array([[0, 0], [9, 9]]), names).axes
 
 
 def _configuration(robot, seed, grid, selection, delta, limits, steps) -> dict[str, Any]:
@@ -190,9 +208,8 @@ def _map(
     bar: tqdm,
 ) -> xr.Dataset:
     units = np.asarray(unknown_scales(robot))
-    # Half the steps find the cells; each is polished with all of them when it is looked at.
-    coarse = max(2, (steps + 1) // 2)
-    front = _followed(Front(robot, grid, np.asarray(seed.y) / units, coarse), parts, bar)
+    front = Front(robot, grid, np.asarray(seed.y) / units, coarse(steps))
+    front = _followed(front, parts, bar)
     solved = front.solved[front.inner]
     y = front.y[front.inner] * units
     seam, _ = front.seam()
@@ -203,9 +220,10 @@ def _map(
     targets = grid.targets(grid.points.reshape(-1, 2))
     far = out_of_reach(robot, targets[:, robot.n_a :]).reshape(grid.shape)
     status[far] = Status.OUT_OF_REACH
-    status[solved] = Status.SOLVED
+    status[solved] = np.where(cells.residual < TOLERANCE, Status.SOLVED, Status.NOT_CONVERGED)
     if limits is not None:
-        status[solved] = np.where(limits.beyond(cells), Status.BEYOND_LIMITS, Status.SOLVED)
+        beyond = limits.beyond(cells)
+        status[solved] = np.where(beyond, Status.BEYOND_LIMITS, status[solved])
     lines = _lines(robot, grid, y, solved, cells, steps)
     bar.update(bar.total - bar.n)
     return map_dataset(robot, grid, selection, delta, status, solved, seam, cells, lines)
@@ -233,21 +251,40 @@ def _followed(front: Front, parts: Parts, bar: tqdm) -> Front:
 
 
 def _looked_at(robot, selection, delta, y, steps, parts: Parts, bar: tqdm) -> Cell:
-    chunks = []
-    for k in range(0, len(y), _CHUNK):
-        name = f"cells-{k // _CHUNK:05}"
-        here = y[k : k + _CHUNK]
+    """The numbers of all cells, chunk by chunk; those beside a fold are polished further."""
+
+    def look(name: str, y) -> Cell:
         known = parts.load(name)
-        if known is None:
-            padded = np.concatenate([here, np.repeat(here[-1:], _CHUNK - len(here), axis=0)])
-            looked = look_at_cells(robot, selection, delta, jnp.asarray(padded), steps)
-            chunk = Cell(*(np.asarray(leaf)[: len(here)] for leaf in looked))
-            parts.save(name, chunk._asdict())
-        else:
-            chunk = Cell(**known)
-        chunks.append(chunk)
-        bar.update(len(here) // 2)
-    return Cell(*(np.concatenate(leaves) for leaves in zip(*chunks, strict=True)))
+        if known is not None:
+            return Cell(**known)
+        padded = np.concatenate([y, np.repeat(y[-1:], _CHUNK - len(y), axis=0)])
+        looked = look_at_cells(robot, selection, delta, jnp.asarray(padded), steps)
+        chunk = Cell(*(np.array(leaf)[: len(y)] for leaf in looked))
+        parts.save(name, chunk._asdict())
+        return chunk
+
+    def look_at_all(name: str, y) -> Cell:
+        def one(k: int) -> Cell:
+            chunk = look(f"{name}-{k // _CHUNK:05}", y[k : k + _CHUNK])
+            bar.update(len(chunk.residual) // 2 if name == "cells" else 0)
+            return chunk
+
+        chunks = in_parallel(one, range(0, len(y), _CHUNK))
+        return Cell(*(np.concatenate(leaves) for leaves in zip(*chunks, strict=True)))
+
+    cells = look_at_all("cells", y)
+    n_a, n_q = robot.n_a, robot.n_a + robot.n_p
+    for round_ in range(_POLISHED):
+        rough = np.flatnonzero(~(cells.residual < TOLERANCE))
+        if len(rough) == 0:
+            break
+        better = y[rough].copy()
+        better[:, :n_a] = cells.q_a[rough]
+        better[:, n_q:] = cells.mu[rough].reshape(len(rough), -1)
+        polished = look_at_all(f"polished-{round_}", better)
+        for leaf, part in zip(cells, polished, strict=True):
+            leaf[rough] = part
+    return cells
 
 
 def _lines(robot, grid: Grid, y, solved, cells: Cell, steps: int) -> dict[str, list[np.ndarray]]:

@@ -70,33 +70,30 @@ def test_sensitivity_and_velocity_of_cells_beside_differences(mapped):
     """Central differences of forward solves by shooting; semi-axes by their definition."""
     delta = mapped["delta"].values
     for i, j in chosen(mapped, 3, seed=1):
-        y = unknowns(mapped, i, j)
         cell = mapped.isel(y=i, z=j)
-
-        def end(q, k_b=(0.0183, 0.0183), r=(-1.0, 1.0), y=y):
-            model = PlanarRobot(k_b=k_b, curvature=(1.0 / r[0], 1.0 / r[1]))
-            return forward(model, q, y)[2:4]
-
-        def slope(at, h):
-            return (at(h) - at(-h)) / (2.0 * h)
-
-        q = y[:2]
-        columns = [
-            slope(lambda h: end(q, k_b=(0.0183 + h, 0.0183)), 1e-6),
-            slope(lambda h: end(q, r=(-1.0 + h, 1.0)), 1e-4),
-            slope(lambda h: end(q, k_b=(0.0183, 0.0183 + h)), 1e-6),
-            slope(lambda h: end(q, r=(-1.0, 1.0 + h)), 1e-4),
-        ]
-        Pi = np.stack(columns, axis=1)
+        Pi, J = _differences(unknowns(mapped, i, j))
         np.testing.assert_allclose(cell["Pi_p"], Pi, rtol=0, atol=2e-5 * np.max(np.abs(Pi)))
         axes = np.linalg.svd(Pi * delta, compute_uv=False)
         np.testing.assert_allclose(
             [cell["semi_axis_max"], cell["semi_axis_min"]], axes, rtol=0, atol=1e-4 * axes[0]
         )
-        J = np.stack(
-            [slope(lambda h: end(q + [h, 0.0]), 1e-5), slope(lambda h: end(q + [0.0, h]), 1e-5)], 1
-        )
         np.testing.assert_allclose(cell["manipulability"], abs(np.linalg.det(J)), rtol=1e-4)
+
+
+def _differences(y):
+    """Motion of the platform per unit of k_b1, r_c1, k_b2, r_c2, and per unit of the motors."""
+
+    def end(x):
+        model = PlanarRobot(k_b=(x[2], x[4]), curvature=(1.0 / x[3], 1.0 / x[5]))
+        return forward(model, x[:2], y)[2:4]
+
+    x = np.array([*y[:2], 0.0183, -1.0, 0.0183, 1.0])
+    steps = np.array([1e-5, 1e-5, 1e-6, 1e-4, 1e-6, 1e-4])
+    columns = [
+        (end(x + h * unit) - end(x - h * unit)) / (2.0 * h)
+        for h, unit in zip(steps, np.eye(6), strict=True)
+    ]
+    return np.stack(columns[2:], axis=1), np.stack(columns[:2], axis=1)
 
 
 def test_neighbours_lead_to_one_another(robot, mapped):

@@ -1,0 +1,62 @@
+"""The programs of a map, compiled side by side when they are first needed."""
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..analysis.parameters import Selection
+from ..analysis.singularity import compile_tracing
+from ..robots.robot import Robot
+from ..statics.advance import advance, creep
+from ..statics.problem import inverse_rows
+from .cells import look_at_cells
+from .front import LANES
+
+_known: set[Any] = set()
+
+
+def compile_ahead(
+    robot: Robot,
+    selection: Selection,
+    delta: jax.Array,
+    axes: tuple[int, int],
+    steps: int,
+    coarse: int,
+    chunk: int,
+) -> tuple[threading.Thread, ...]:
+    """Starts to compile what a map needs, in threads, while its seed is still being solved.
+
+    Compilation leaves cores idle; done in turn it is most of a first map's time. The programs
+    run once on NaN, on which every iteration stops at once. Later calls return immediately.
+
+    **Returns:** the threads for the following, and for the rest; to be joined before use.
+    """
+    leaves, structure = jax.tree.flatten(robot)
+    key = (structure, tuple(np.shape(leaf) for leaf in leaves), selection, axes, steps, coarse)
+    if key in _known:
+        return ()
+    _known.add(key)
+    imposed = inverse_rows(robot)
+    # From numpy: `jnp.full` gives weak types, which make other programs.
+    shapes = (LANES, robot.n_y), (LANES, robot.n_a + robot.n_p), (chunk, robot.n_y)
+    lanes, goals, cells = (jnp.asarray(np.full(shape, np.nan)) for shape in shapes)
+
+    def follow() -> None:
+        creep(robot, imposed, axes, lanes, goals, goals, coarse)
+        advance(robot, imposed, axes, lanes, goals, coarse)
+
+    def look() -> None:
+        look_at_cells(robot, selection, delta, cells, steps)
+        compile_tracing(robot, axes, steps)
+
+    return tuple(_started(job) for job in (follow, look))
+
+
+def _started(job: Callable[[], None]) -> threading.Thread:
+    thread = threading.Thread(target=job, name="cpr_jax-compile", daemon=True)
+    thread.start()
+    return thread

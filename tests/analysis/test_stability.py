@@ -1,0 +1,360 @@
+"""The stability index against chains of rigid links, closed forms, and the sensitivity."""
+
+import dataclasses
+import json
+import pathlib
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import cpr_jax as cpr
+from cpr_jax.analysis.stability import stability
+from cpr_jax.robots.catalogue import rfrfr_straight, three_rfr
+from cpr_jax.robots.robot import in_space
+from cpr_jax.statics.equilibrium import Equilibrium
+from cpr_jax.statics.problem import Problem, find_root, forward_rows, inverse_rows
+from cpr_jax.statics.status import Status
+from cpr_jax.statics.unknowns import unravel
+from tests.oracles import discrete_stability
+from tests.statics.common import in_space_unknowns, like_rfrfr
+
+CASE = json.loads((pathlib.Path(__file__).parents[1] / "reference_cases.json").read_text())[
+    "buckling_t2"
+]
+STARTS = 3000
+"""Random starts of Newton's method for each robot, half of them with the motors held."""
+
+LANES = 40
+"""Equilibria that a compiled program judges at once."""
+
+LINKS = 60
+
+TINY = 0.1
+"""Eigenvalues, in k_b / l, below which the chains may have the wrong sign."""
+
+
+def at(robot, y) -> Equilibrium:
+    """The equilibrium with the unknowns `y`, of which the stability needs no more."""
+    state = unravel(robot, y)
+    return Equilibrium(
+        *state, status=jnp.asarray(0), residual=jnp.asarray(0.0), measures=None, branch="given"
+    )
+
+
+def in_blocks(function):
+    """Batches of any length by one compiled program for `LANES` of them."""
+    compiled = eqx.filter_jit(lambda robot, y: jax.vmap(lambda y: function(robot, y))(y))
+
+    def batch(robot, y):
+        rows = np.resize(np.arange(len(y)), -(-len(y) // LANES) * LANES)
+        parts = [compiled(robot, jnp.asarray(y)[block]) for block in rows.reshape(-1, LANES)]
+        return jax.tree.map(lambda *leaves: np.concatenate(leaves)[: len(y)], *parts)
+
+    return batch
+
+
+judged = in_blocks(lambda robot, y: stability(robot, at(robot, y)))
+linearised = in_blocks(lambda robot, y: cpr.sensitivity(robot, at(robot, y)).platform_stiffness)
+
+
+@eqx.filter_jit
+def solved(robot, imposed, y):
+    def one(imposed, y):
+        problem = Problem(robot, imposed, y[: robot.n_a + robot.n_p])
+        return find_root(problem, y, max_iterations=40)
+
+    return jax.vmap(one)(imposed, y)
+
+
+def random_starts(robot, seed, place, turn, force):
+    """Unknowns at random that satisfy the balance of the platform and of the moments of legs.
+
+    **Arguments:**
+
+    - `place`, `turn`: how far the platform is from the middle of the motors, in rod lengths, and
+        from its home, rad.
+    - `force`: largest force along an axis, in units of `k_b / l²`.
+    """
+    rng = np.random.default_rng(seed)
+    chains = discrete_stability.read(robot)
+    n, n_p, length = robot.n, robot.n_p, np.mean(chains.length)
+    middle = np.mean(chains.base) + (0.0 if robot.oriented else 0.4j * length)
+    point = middle + place * length * (rng.uniform(-1, 1, (STARTS, 2)) @ [1.0, 1.0j])
+    angle = turn * rng.uniform(-1, 1, STARTS)
+    arms = np.exp(1j * angle)[:, None] * chains.attachment
+    ends = point[:, None] + arms
+    q = np.angle(ends - chains.base) - chains.heading + rng.uniform(-1, 1, (STARTS, n))
+
+    forces = force * np.mean(chains.k_b / chains.length**2) * rng.uniform(-1, 1, (STARTS, 2 * n))
+    balance = np.zeros((STARTS, 3, 2 * n))
+    balance[:, 0, 0::2] = balance[:, 1, 1::2] = 1.0
+    balance[:, 2, 0::2], balance[:, 2, 1::2] = -arms.imag, arms.real
+    balance = balance[:, :n_p]
+    load = np.array([chains.force.real, chains.force.imag, chains.moment])[:n_p]
+    excess = np.einsum("kij,kj->ki", balance, forces) - load
+    forces = (forces - np.einsum("kij,kj->ki", np.linalg.pinv(balance), excess)).reshape(-1, n, 2)
+
+    levers = ends - chains.base - chains.a * np.exp(1j * (q + chains.heading))
+    moments = np.imag(np.conj(levers) * (forces @ [1.0, 1.0j]))
+    wrenches = np.concatenate([forces, moments[:, :, None]], axis=2).reshape(STARTS, -1)
+    pose = np.stack([point.real, point.imag, angle], axis=1)[:, :n_p]
+    return jnp.asarray(np.concatenate([q, pose, wrenches], axis=1))
+
+
+def random_equilibria(robot, *, held, free):
+    """Equilibria near random starts, with the motors held and with the platform held."""
+    half = STARTS // 2
+    y = jnp.concatenate(
+        [random_starts(robot, 1, **held)[:half], random_starts(robot, 2, **free)[half:]]
+    )
+    imposed = [jnp.tile(rows(robot), (half, 1, 1)) for rows in (forward_rows, inverse_rows)]
+    found = solved(robot, jnp.concatenate(imposed), y)
+    return np.asarray(found.y)[np.asarray(found.status) == Status.SOLVED]
+
+
+@pytest.fixture(scope="module")
+def two_legs(robot):
+    wide, narrow = {"place": 0.3, "turn": 0.0, "force": 60.0}, {"place": 0.3, "turn": 0.0}
+    return robot, random_equilibria(robot, held=wide, free={**narrow, "force": 30.0})
+
+
+@pytest.fixture(scope="module")
+def triangle():
+    """The 3-RFR robot. Without weight, but compiled with it, as the robot that has it."""
+    return eqx.tree_at(
+        lambda r: r.legs.rod.force,
+        three_rfr(),
+        jnp.zeros((3, 2)),
+        is_leaf=lambda leaf: leaf is None,
+    )
+
+
+@pytest.fixture(scope="module")
+def three_legs(triangle):
+    wide, narrow = {"place": 0.2, "turn": 1.5, "force": 15.0}, {"place": 0.2, "turn": 2.0}
+    return triangle, random_equilibria(triangle, held=wide, free={**narrow, "force": 8.0})
+
+
+@pytest.fixture(scope="module")
+def all_features(triangle):
+    """Three unlike legs with weight, bent rigid segments and a clamped joint."""
+    robot = eqx.tree_at(
+        lambda r: (
+            r.m_P,
+            r.legs.a,
+            r.legs.b,
+            r.legs.base_rotation,
+            r.legs.attachment_rotation,
+            r.legs.joint.free,
+            r.legs.rod.length,
+            r.legs.rod.curvature_compliance,
+            r.legs.rod.precurvature,
+            r.legs.rod.force,
+        ),
+        triangle,
+        (
+            jnp.array([0.02]),
+            jnp.array([[0.02, 0.01], [0.03, -0.01], [0.0, 0.02]]),
+            jnp.array([[0.02, -0.01], [0.01, 0.01], [0.02, 0.0]]),
+            jnp.array([[0.3], [-0.4], [0.1]]),
+            jnp.array([[0.3], [2.0], [1.0]]),
+            jnp.array([[0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
+            jnp.array([0.4, 0.5, 0.35]),
+            1.0 / jnp.array([[0.0183], [0.03], [0.01]]),
+            jnp.array([[2.0], [-1.0], [0.0]]),
+            jnp.array([[0.2, -0.5], [0.0, -0.8], [0.3, 0.4]]),
+        ),
+    )
+    wide = {"place": 0.3, "turn": 2.0, "force": 20.0}
+    return robot, random_equilibria(robot, held=wide, free=wide)
+
+
+def by_chains(robot, y, links=LINKS):
+    n_a, n_q = robot.n_a, robot.n_a + robot.n_p
+    return discrete_stability.judge(
+        discrete_stability.read(robot),
+        y[:, :n_a],
+        y[:, n_a:n_q],
+        y[:, n_q:].reshape(-1, robot.n, 3),
+        links,
+    )
+
+
+@pytest.mark.parametrize(
+    ("which", "least", "unstable", "twice"),
+    [("two_legs", 500, 200, 20), ("three_legs", 500, 100, 10), ("all_features", 100, 15, 0)],
+)
+def test_index_of_random_equilibria(which, least, unstable, twice, request):
+    robot, y = request.getfixturevalue(which)
+    chains = by_chains(robot, y)
+    sure = (chains.smallest > TINY) & (chains.moved < 0.05)
+    result = judged(robot, y)
+    np.testing.assert_array_equal(result.index[sure], chains.index[sure])
+    np.testing.assert_array_equal(result.leg_indices[sure], chains.leg_indices[sure])
+    np.testing.assert_array_equal(result.stable, result.index == 0)
+    assert np.mean(sure) > 0.95
+    assert np.sum(sure) >= least
+    assert np.sum(chains.index[sure] >= 1) >= unstable
+    assert np.sum(chains.index[sure] >= 2) >= twice
+
+
+@pytest.mark.parametrize("which", ["two_legs", "three_legs", "all_features"])
+def test_platform_stiffness(which, request):
+    robot, y = request.getfixturevalue(which)
+    # The more force there is in the rods, the less accurate is the integration of either.
+    forces = y[:, robot.n_a + robot.n_p :].reshape(len(y), -1, 3)[:, :, :2]
+    few = y[np.argsort(np.max(np.abs(forces), axis=(1, 2)))[:LANES]]
+    K = judged(robot, few).platform_stiffness
+    size = np.max(np.abs(K), axis=(1, 2), keepdims=True)
+    np.testing.assert_allclose(K / size, np.swapaxes(K, 1, 2) / size, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(K / size, linearised(robot, few) / size, rtol=0, atol=1e-8)
+    coarse, fine = (by_chains(robot, few[::8], links).stiffness for links in (LINKS, 2 * LINKS))
+    extrapolated = (4.0 * fine - coarse) / 3.0
+    np.testing.assert_allclose(K[::8] / size[::8], extrapolated / size[::8], rtol=0, atol=1e-5)
+
+
+def test_index_jumps_by_two_where_both_legs_buckle():
+    robot = like_rfrfr(rfrfr_straight())
+    height = np.sqrt(0.96)
+    angles = np.arctan2([height, height], [0.2, -0.2])
+    along = np.stack([np.cos(angles), np.sin(angles), [0.0, 0.0]], axis=1)
+    for factor, index in ((1.0 - 1e-5, 0), (1.0 + 1e-5, 2)):
+        load = factor * CASE["critical_downward_force_N"]
+        loaded = dataclasses.replace(robot, f_P=jnp.array([0.0, -load]))
+        wrenches = -load / (2.0 * height) * along
+        y = jnp.concatenate([angles, jnp.array([0.0, height]), wrenches.reshape(-1)])
+        result = judged(loaded, y[None])
+        assert result.index[0] == index
+        np.testing.assert_array_equal(result.leg_indices[0], [index // 2, index // 2])
+
+
+def columns(robot, wrenches, free):
+    """A robot with straight rods of length 1 and stiffness 1, and its unknowns.
+
+    The wrenches at the bases are in the axes of the rods.
+    """
+    geometry = robot.geometry
+    legs = robot.legs
+    straight = eqx.tree_at(
+        lambda r: (
+            r.legs.rod.length,
+            r.legs.rod.curvature_compliance,
+            r.legs.rod.precurvature,
+            r.legs.joint.free,
+        ),
+        robot,
+        (
+            jnp.ones(3),
+            jnp.ones_like(legs.rod.curvature_compliance),
+            jnp.zeros_like(legs.rod.precurvature),
+            jnp.tile(jnp.asarray(free, float), (3, 1)),
+        ),
+    )
+
+    def world(rotation, wrench):
+        axes = geometry.exp(rotation)
+        force = geometry.rotate(axes, wrench[: geometry.d])
+        moment = geometry.to_outer(axes, wrench[geometry.d :])
+        return jnp.stack([*force, *moment])
+
+    mu = jax.vmap(world)(legs.base_rotation, jnp.asarray(wrenches, float))
+    y = jnp.concatenate([jnp.zeros(robot.n_a + robot.n_p), mu.reshape(-1)])
+    return straight, y
+
+
+# Roots of sin(u/2) (tan(u/2) - u/2) and of tan(u) - u: u² is the critical force of a column with
+# both ends clamped, and with one of them on a pivot.
+CLAMPED = np.array([2.0 * np.pi, 8.9868189, 4.0 * np.pi, 15.4505037]) ** 2
+PIVOTED = np.array([4.4934095, 7.7252518, 10.9041217, 14.0661939]) ** 2
+
+
+@pytest.mark.parametrize("force", [-300.0, 10.0, 20.19, 20.20, 50.0, 100.0, 200.0])
+def test_columns_in_the_plane(triangle, force):
+    """Leg indices of Euler's columns, under tension too."""
+    for free, critical in (([0, 0, 0], CLAMPED), ([0, 0, 1], PIVOTED)):
+        robot, y = columns(triangle, [[-force, 0.0, 0.0]] * 3, free)
+        result = judged(robot, y[None])
+        np.testing.assert_array_equal(result.leg_indices[0], np.sum(critical < force))
+
+
+@pytest.fixture(scope="module")
+def spatial():
+    return in_space(three_rfr())
+
+
+@pytest.mark.parametrize("force", [-300.0, 10.0, 20.19, 20.20, 50.0, 100.0, 200.0])
+def test_columns_in_space(spatial, force):
+    """Each way to buckle counts twice, but for a pivot, which is free about one axis."""
+    clamped, pivoted = np.sum(force > CLAMPED), np.sum(force > PIVOTED)
+    wrenches = [[-force, 0.0, 0.0, 0.0, 0.0, 0.0]] * 3
+    for free, index in (
+        ([0, 0, 0, 0, 0, 0], 2 * clamped),
+        ([0, 0, 0, 0, 0, 1], clamped + pivoted),
+        ([0, 0, 0, 1, 1, 1], 2 * pivoted),
+    ):
+        robot, y = columns(spatial, wrenches, free)
+        np.testing.assert_array_equal(judged(robot, y[None]).leg_indices[0], index)
+
+
+@pytest.mark.parametrize(("moment", "index"), [(8.98, 0), (8.99, 2), (15.4, 2), (15.5, 4)])
+def test_shafts(spatial, moment, index):
+    """Greenhill's twisted rod with clamped ends buckles where tan(M/2) = M/2."""
+    for sign in (-1.0, 1.0):
+        wrenches = [[0.0, 0.0, 0.0, sign * moment, 0.0, 0.0]] * 3
+        robot, y = columns(spatial, wrenches, [0] * 6)
+        np.testing.assert_array_equal(judged(robot, y[None]).leg_indices[0], index)
+
+
+def test_planar_robot_in_space(three_legs, spatial):
+    robot, y = three_legs
+    plane = judged(robot, y[:LANES])
+    space = judged(spatial, jax.vmap(lambda y: in_space_unknowns(spatial, y))(y[:LANES]))
+    K = space.platform_stiffness
+    size = np.max(np.abs(K), axis=(1, 2), keepdims=True)
+    np.testing.assert_allclose(K / size, np.swapaxes(K, 1, 2) / size, rtol=0, atol=1e-12)
+    block = K[:, 1:4, 1:4]
+    np.testing.assert_allclose(block / size, plane.platform_stiffness / size, rtol=0, atol=1e-8)
+    across = K[:, 1:4][:, :, [0, 4, 5]]
+    np.testing.assert_allclose(across / size, 0.0, rtol=0, atol=1e-10)
+    assert np.all(space.index >= plane.index)
+
+
+def test_pushed_out_of_its_plane(spatial):
+    """The stiffness undoes what small loads do, where pivots carry moments across their axes."""
+    loads = np.vstack([np.zeros(6), *(s * np.diag([1e-4] * 3 + [1e-5] * 3) for s in (1.0, -1.0))])
+    steady = np.concatenate([spatial.f_P, np.zeros(3)]) + [0.3, 0.1, 0.0, 0.0, 0.0, 0.0]
+    home = spatial.home
+    n_q = spatial.n_a + spatial.n_p
+    start = jnp.concatenate([home.q_a, home.q_p, jnp.zeros(spatial.n_y - n_q)])
+
+    @jax.jit
+    @jax.vmap
+    def solve(load):
+        loaded = dataclasses.replace(spatial, f_P=load[:3], m_P=load[3:])
+        return find_root(Problem(loaded, forward_rows(spatial), start[:n_q]), start)
+
+    found = solve(jnp.asarray(steady + loads))
+    assert np.all(found.status == Status.SOLVED)
+    n_a = spatial.n_a
+    poses = np.asarray(found.y[:, n_a:n_q])
+    turns = Rotation.from_rotvec(poses[:, 3:])
+    moved = np.hstack([poses[1:7, :3] - poses[7:, :3], (turns[1:7] * turns[7:].inv()).as_rotvec()])
+    compliance = moved.T / (2.0 * np.max(loads, axis=1)[1:7])
+    K = judged(spatial, found.y[:1]).platform_stiffness[0]
+    np.testing.assert_allclose(K @ compliance, np.eye(6), rtol=0, atol=1e-5)
+    assert np.max(np.abs(found.y[0, n_q:].reshape(3, 6)[:, 4:])) > 1e-2
+
+
+def test_no_equilibrium(two_legs):
+    robot, y = two_legs
+    some = np.array(y[:6])
+    some[1], some[4, -1] = np.nan, np.nan
+    result = judged(robot, some)
+    lost = np.array([False, True, False, False, True, False])
+    np.testing.assert_array_equal(result.index == -1, lost)
+    np.testing.assert_array_equal(result.leg_indices == -1, np.stack([lost, lost], axis=1))
+    assert not np.any(result.stable[lost])

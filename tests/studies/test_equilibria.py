@@ -1,0 +1,95 @@
+"""All equilibria at a point, beside an independent solver."""
+
+import numpy as np
+import pytest
+
+from cpr_jax.errors import InputError
+from cpr_jax.robots.catalogue import rfrfr_straight
+from cpr_jax.statics.equilibrium import solve_inverse
+from cpr_jax.statics.status import Status
+from cpr_jax.studies.equilibria import find_equilibria
+from tests.oracles.planar_shooting import PlanarRobot, energy, inverse, residual
+
+POINT = (0.1, 0.8)
+
+# Motor angles (rad) of the inverse solutions that MINPACK's hybrid method finds from 2,000 random
+# starts with motors at any angle and dimensionless base wrenches up to 10: by energy.
+KNOWN = (
+    (-0.1114, 2.9961),
+    (2.5367, 0.2021),
+    (-0.3682, 1.0014),
+    (1.6256, -2.6967),
+    (1.9986, -2.2832),
+)
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return rfrfr_straight()
+
+
+@pytest.fixture(scope="module")
+def found(robot):
+    return find_equilibria(robot, POINT)
+
+
+def straight():
+    return PlanarRobot(
+        l=(1.0, 1.0),
+        a=(0.0, 0.0),
+        b=(0.0, 0.0),
+        d=0.4,
+        k_b=(0.1570796327,) * 2,
+        curvature=(0.0, 0.0),
+        f_P=(0.0, 0.0),
+    )
+
+
+def test_all_that_random_starts_of_another_solver_find(found):
+    for angles in KNOWN:
+        gaps = np.max(np.abs(found.y[:, :2] - angles), axis=1)
+        assert np.min(gaps) < 2e-4, angles
+
+
+def test_each_is_an_equilibrium_with_its_energy_and_told_apart(found):
+    for y, joule in zip(found.y, found.energy, strict=True):
+        np.testing.assert_allclose(residual(straight(), y), 0.0, atol=1e-8)
+        np.testing.assert_allclose(energy(straight(), y), joule, rtol=1e-8)
+        np.testing.assert_allclose(y[2:4], POINT, atol=1e-12)
+    assert np.all(np.diff(found.energy) > 0.0)
+    gaps = np.max(np.abs(found.y[:, None] - found.y), axis=2)
+    assert np.min(gaps[~np.eye(len(gaps), dtype=bool)]) > 1e-3
+    assert np.all(found.hits >= 1)
+    assert np.all(np.abs(found.y[:, :2]) <= np.pi)
+
+
+def test_the_branch_of_the_robot_is_among_them_and_can_be_gone_on_with(robot, found):
+    home = solve_inverse(robot, POINT)
+    gaps = np.max(np.abs(found.y - np.asarray(home.y)), axis=1)
+    k = int(np.argmin(gaps))
+    assert gaps[k] < 1e-9
+    again = found.equilibrium(robot, k)
+    assert int(again.status) == Status.SOLVED
+    np.testing.assert_allclose(again.y, home.y, rtol=0, atol=1e-9)
+
+
+def test_forward_solutions(robot, found):
+    """With the motors of one inverse solution held, that solution is found again."""
+    y = found.y[2]
+    forward = find_equilibria(robot, q_a=y[:2], starts=1024)
+    gaps = np.max(np.abs(forward.y - y), axis=1)
+    assert np.min(gaps) < 1e-9
+    np.testing.assert_allclose(inverse(straight(), forward.y[0][2:4], forward.y[0]), forward.y[0])
+
+
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [
+        ({}, "point"),
+        ({"point": (0.0, 0.1), "q_a": (0.0, 0.1)}, "q_a"),
+        ({"point": (0.0,)}, "point"),
+    ],
+)
+def test_mistakes_are_named(robot, options, field):
+    with pytest.raises(InputError, match=field):
+        find_equilibria(robot, **options)

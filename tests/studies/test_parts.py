@@ -1,0 +1,56 @@
+"""Parts of a long run: whole, recognised, refused where they belong to another run."""
+
+import numpy as np
+import pytest
+
+from cpr_jax.errors import InputError
+from cpr_jax.studies.parts import Parts, digest
+
+ARRAYS = {"x": np.arange(12.0).reshape(3, 4), "flag": np.array([True, False])}
+
+
+def test_a_part_comes_back_bit_for_bit(tmp_path):
+    Parts(tmp_path / "parts", {"a": 1}, resume=False).save("one", ARRAYS)
+    found = Parts(tmp_path / "parts", {"a": 1}, resume=True).load("one")
+    assert found is not None and found.keys() == ARRAYS.keys()
+    for name, array in ARRAYS.items():
+        np.testing.assert_array_equal(found[name], array)
+        assert found[name].dtype == array.dtype
+
+
+@pytest.mark.parametrize("damage", ["cut", "flip", "empty"])
+def test_a_damaged_part_is_as_good_as_none(tmp_path, damage):
+    parts = Parts(tmp_path / "parts", {}, resume=False)
+    parts.save("one", ARRAYS)
+    path = tmp_path / "parts" / "one.npz"
+    data = bytearray(path.read_bytes())
+    place = data.find(ARRAYS["x"].tobytes()) + 40
+    assert place > 40
+    data[place] ^= 1
+    path.write_bytes({"cut": data[:-50], "flip": data, "empty": b""}[damage])
+    assert parts.load("one") is None
+
+
+def test_another_configuration_is_refused_and_named(tmp_path):
+    Parts(tmp_path / "parts", {"spacing": 1.0, "steps": 10}, resume=False)
+    with pytest.raises(InputError, match=r"spacing: 1.0 then, 2.0 now"):
+        Parts(tmp_path / "parts", {"spacing": 2.0, "steps": 10}, resume=True)
+
+
+def test_without_resume_old_parts_are_gone(tmp_path):
+    Parts(tmp_path / "parts", {"a": 1}, resume=False).save("one", ARRAYS)
+    fresh = Parts(tmp_path / "parts", {"a": 1}, resume=False)
+    assert fresh.load("one") is None
+
+
+def test_without_a_folder_nothing_is_kept():
+    parts = Parts(None, {}, resume=False)
+    parts.save("one", ARRAYS)
+    assert parts.load("one") is None
+    parts.clear()
+
+
+def test_a_digest_sees_every_number():
+    tree = {"a": np.array([1.0, 2.0]), "b": np.array(3.0)}
+    assert digest(tree) == digest({"b": np.array(3.0), "a": np.array([1.0, 2.0])})
+    assert digest(tree) != digest({"a": np.array([1.0, 2.0]), "b": np.array(3.0000000000000004)})

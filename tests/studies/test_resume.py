@@ -1,0 +1,94 @@
+"""A map that is killed: nothing finished is lost, and the rest gives the same bits."""
+
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from cpr_jax.errors import InputError
+from cpr_jax.robots.catalogue import rfrfr
+from cpr_jax.studies.workspace import workspace_map
+
+# Many small chunks and a state after every batch: moments of every kind to be killed at.
+PROGRAM = """
+import os, sys
+import jax
+jax.config.update("jax_enable_x64", True)
+jax.config.update("jax_compilation_cache_dir", sys.argv[2])
+jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+import cpr_jax.studies.workspace as workspace
+from cpr_jax.robots.catalogue import rfrfr
+workspace._CHUNK, workspace._SAVE_EVERY = 64, 0.0
+print("ready", flush=True)
+workspace.workspace_map(rfrfr(), spacing=0.01, out=sys.argv[1], resume=True)
+print("done", flush=True)
+"""
+
+
+def start(folder, cache):
+    return subprocess.Popen(
+        [sys.executable, "-c", PROGRAM, str(folder), str(cache)],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "JAX_PLATFORMS": "cpu"},
+    )
+
+
+def load(folder) -> xr.Dataset:
+    with xr.open_dataset(pathlib.Path(folder) / "map.nc", engine="h5netcdf") as dataset:
+        return dataset.load()
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory):
+    return tmp_path_factory.mktemp("cache")
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory, cache):
+    """The map of a run that nobody disturbs, and the seconds from its parts to its end."""
+    folder = tmp_path_factory.mktemp("whole")
+    process = start(folder, cache)
+    while process.poll() is None and not (folder / "parts" / "configuration.json").exists():
+        time.sleep(0.01)
+    begun = time.monotonic()
+    assert process.wait() == 0
+    return load(folder), time.monotonic() - begun
+
+
+def test_killed_at_random_moments(tmp_path, cache, whole):
+    dataset, seconds = whole
+    random = np.random.default_rng(0)
+    kills = 0
+    for _ in range(4):
+        process = start(tmp_path, cache)
+        process.stdout.readline()
+        while process.poll() is None and not (tmp_path / "parts" / "configuration.json").exists():
+            time.sleep(0.005)
+        time.sleep(random.uniform(0.0, 0.5 * seconds))
+        process.send_signal(signal.SIGKILL)
+        if process.wait() == -signal.SIGKILL:
+            kills += 1
+    assert kills > 0
+    process = start(tmp_path, cache)
+    assert process.wait() == 0
+    xr.testing.assert_identical(load(tmp_path), dataset)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["map.nc"]
+
+
+def test_a_finished_map_is_loaded_and_another_one_refused(tmp_path):
+    box = ((0.0, 0.18), (0.06, 0.24))
+    first = workspace_map(rfrfr(), spacing=0.02, box=box, out=tmp_path)
+    again = workspace_map(rfrfr(), spacing=0.02, box=box, out=tmp_path, resume=True)
+    xr.testing.assert_identical(again, first)
+    # Parts of another configuration are not gone on with.
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "configuration.json").write_text('{"spacing": 1}')
+    with pytest.raises(InputError, match="resume"):
+        workspace_map(rfrfr(l=0.26), spacing=0.02, box=box, out=tmp_path, resume=True)
