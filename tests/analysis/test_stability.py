@@ -25,16 +25,14 @@ from tests.statics.common import in_space_unknowns, like_rfrfr
 CASE = json.loads((pathlib.Path(__file__).parents[1] / "reference_cases.json").read_text())[
     "buckling_t2"
 ]
-STARTS = 3000
-"""Random starts of Newton's method for each robot, half of them with the motors held."""
-
-LANES = 40
-"""Equilibria that a compiled program judges at once."""
-
 LINKS = 60
 
-TINY = 0.1
-"""Eigenvalues, in k_b / l, below which the chains may have the wrong sign."""
+NEAR, TOO_NEAR = 0.5, 0.1
+"""Smallest eigenvalues, k_b / l, below which the chains take twice the links, or decide nothing.
+
+With 60 links eigenvalues below `NEAR` are wrong by up to 0.3 where rods bend sharply, and the
+error falls with the square of the links.
+"""
 
 
 def at(robot, y) -> Equilibrium:
@@ -45,36 +43,40 @@ def at(robot, y) -> Equilibrium:
     )
 
 
-def in_blocks(function):
-    """Batches of any length by one compiled program for `LANES` of them."""
-    compiled = eqx.filter_jit(lambda robot, y: jax.vmap(lambda y: function(robot, y))(y))
+def in_blocks(function, lanes):
+    """Batches of any length by one compiled program for `lanes` of them."""
+    compiled = eqx.filter_jit(
+        lambda robot, *args: jax.vmap(lambda *args: function(robot, *args))(*args)
+    )
 
-    def batch(robot, y):
-        rows = np.resize(np.arange(len(y)), -(-len(y) // LANES) * LANES)
-        parts = [compiled(robot, jnp.asarray(y)[block]) for block in rows.reshape(-1, LANES)]
-        return jax.tree.map(lambda *leaves: np.concatenate(leaves)[: len(y)], *parts)
+    def batch(robot, *args):
+        count = len(args[0])
+        rows = np.resize(np.arange(count), -(-count // lanes) * lanes).reshape(-1, lanes)
+        parts = [compiled(robot, *(np.asarray(arg)[block] for arg in args)) for block in rows]
+        return jax.tree.map(lambda *leaves: np.concatenate(leaves)[:count], *parts)
 
     return batch
 
 
-judged = in_blocks(lambda robot, y: stability(robot, at(robot, y)))
-linearised = in_blocks(lambda robot, y: cpr.sensitivity(robot, at(robot, y)).platform_stiffness)
+def _solved(robot, imposed, y):
+    problem = Problem(robot, imposed, y[: robot.n_a + robot.n_p])
+    return find_root(problem, y, max_iterations=40, verify=False)
 
 
-@eqx.filter_jit
-def solved(robot, imposed, y):
-    def one(imposed, y):
-        problem = Problem(robot, imposed, y[: robot.n_a + robot.n_p])
-        return find_root(problem, y, max_iterations=40)
+FEW = 40
+solved = in_blocks(_solved, 400)
+judged = in_blocks(lambda robot, y: stability(robot, at(robot, y)), FEW)
+linearised = in_blocks(
+    lambda robot, y: cpr.sensitivity(robot, at(robot, y)).platform_stiffness, FEW
+)
 
-    return jax.vmap(one)(imposed, y)
 
-
-def random_starts(robot, seed, place, turn, force):
+def random_starts(robot, seed, count, place, turn, force):
     """Unknowns at random that satisfy the balance of the platform and of the moments of legs.
 
     **Arguments:**
 
+    - `count`: how many.
     - `place`, `turn`: how far the platform is from the middle of the motors, in rod lengths, and
         from its home, rad.
     - `force`: largest force along an axis, in units of `k_b / l²`.
@@ -83,14 +85,14 @@ def random_starts(robot, seed, place, turn, force):
     chains = discrete_stability.read(robot)
     n, n_p, length = robot.n, robot.n_p, np.mean(chains.length)
     middle = np.mean(chains.base) + (0.0 if robot.oriented else 0.4j * length)
-    point = middle + place * length * (rng.uniform(-1, 1, (STARTS, 2)) @ [1.0, 1.0j])
-    angle = turn * rng.uniform(-1, 1, STARTS)
+    point = middle + place * length * (rng.uniform(-1, 1, (count, 2)) @ [1.0, 1.0j])
+    angle = turn * rng.uniform(-1, 1, count)
     arms = np.exp(1j * angle)[:, None] * chains.attachment
     ends = point[:, None] + arms
-    q = np.angle(ends - chains.base) - chains.heading + rng.uniform(-1, 1, (STARTS, n))
+    q = np.angle(ends - chains.base) - chains.heading + rng.uniform(-1, 1, (count, n))
 
-    forces = force * np.mean(chains.k_b / chains.length**2) * rng.uniform(-1, 1, (STARTS, 2 * n))
-    balance = np.zeros((STARTS, 3, 2 * n))
+    forces = force * np.mean(chains.k_b / chains.length**2) * rng.uniform(-1, 1, (count, 2 * n))
+    balance = np.zeros((count, 3, 2 * n))
     balance[:, 0, 0::2] = balance[:, 1, 1::2] = 1.0
     balance[:, 2, 0::2], balance[:, 2, 1::2] = -arms.imag, arms.real
     balance = balance[:, :n_p]
@@ -100,43 +102,37 @@ def random_starts(robot, seed, place, turn, force):
 
     levers = ends - chains.base - chains.a * np.exp(1j * (q + chains.heading))
     moments = np.imag(np.conj(levers) * (forces @ [1.0, 1.0j]))
-    wrenches = np.concatenate([forces, moments[:, :, None]], axis=2).reshape(STARTS, -1)
+    wrenches = np.concatenate([forces, moments[:, :, None]], axis=2).reshape(count, -1)
     pose = np.stack([point.real, point.imag, angle], axis=1)[:, :n_p]
-    return jnp.asarray(np.concatenate([q, pose, wrenches], axis=1))
+    return np.concatenate([q, pose, wrenches], axis=1)
 
 
-def random_equilibria(robot, *, held, free):
-    """Equilibria near random starts, with the motors held and with the platform held."""
-    half = STARTS // 2
-    y = jnp.concatenate(
-        [random_starts(robot, 1, **held)[:half], random_starts(robot, 2, **free)[half:]]
-    )
-    imposed = [jnp.tile(rows(robot), (half, 1, 1)) for rows in (forward_rows, inverse_rows)]
-    found = solved(robot, jnp.concatenate(imposed), y)
-    return np.asarray(found.y)[np.asarray(found.status) == Status.SOLVED]
+def random_equilibria(robot, count, *, held, free):
+    """Equilibria near random starts, half with the motors held and half with the platform."""
+    y = [random_starts(robot, seed, count // 2, **how) for seed, how in enumerate((held, free))]
+    rows = np.repeat([forward_rows(robot), inverse_rows(robot)], count // 2, axis=0)
+    found = solved(robot, rows, np.concatenate(y))
+    return found.y[found.status == Status.SOLVED]
 
 
 @pytest.fixture(scope="module")
 def two_legs(robot):
     wide, narrow = {"place": 0.3, "turn": 0.0, "force": 60.0}, {"place": 0.3, "turn": 0.0}
-    return robot, random_equilibria(robot, held=wide, free={**narrow, "force": 30.0})
+    return robot, random_equilibria(robot, 2800, held=wide, free={**narrow, "force": 30.0})
 
 
 @pytest.fixture(scope="module")
 def triangle():
     """The 3-RFR robot. Without weight, but compiled with it, as the robot that has it."""
-    return eqx.tree_at(
-        lambda r: r.legs.rod.force,
-        three_rfr(),
-        jnp.zeros((3, 2)),
-        is_leaf=lambda leaf: leaf is None,
-    )
+    robot = three_rfr()
+    rod = dataclasses.replace(robot.legs.rod, force=jnp.zeros((3, 2)))
+    return eqx.tree_at(lambda r: r.legs.rod, robot, rod)
 
 
 @pytest.fixture(scope="module")
 def three_legs(triangle):
     wide, narrow = {"place": 0.2, "turn": 1.5, "force": 15.0}, {"place": 0.2, "turn": 2.0}
-    return triangle, random_equilibria(triangle, held=wide, free={**narrow, "force": 8.0})
+    return triangle, random_equilibria(triangle, 3200, held=wide, free={**narrow, "force": 8.0})
 
 
 @pytest.fixture(scope="module")
@@ -170,7 +166,7 @@ def all_features(triangle):
         ),
     )
     wide = {"place": 0.3, "turn": 2.0, "force": 20.0}
-    return robot, random_equilibria(robot, held=wide, free=wide)
+    return robot, random_equilibria(robot, 1600, held=wide, free=wide)
 
 
 def by_chains(robot, y, links=LINKS):
@@ -191,11 +187,23 @@ def by_chains(robot, y, links=LINKS):
 def test_index_of_random_equilibria(which, least, unstable, twice, request):
     robot, y = request.getfixturevalue(which)
     chains = by_chains(robot, y)
-    sure = (chains.smallest > TINY) & (chains.moved < 0.05)
+    near = chains.smallest < NEAR
+    for coarse, fine in zip(chains, by_chains(robot, y[near], 2 * LINKS), strict=True):
+        coarse[near] = fine
+    sure = (chains.smallest > TOO_NEAR) & (chains.moved < 0.05)
     result = judged(robot, y)
     np.testing.assert_array_equal(result.index[sure], chains.index[sure])
     np.testing.assert_array_equal(result.leg_indices[sure], chains.leg_indices[sure])
     np.testing.assert_array_equal(result.stable, result.index == 0)
+    print(
+        which,
+        len(y),
+        sure.sum(),
+        near.sum(),
+        np.unique(chains.index[sure], return_counts=True),
+        np.unique(chains.leg_indices[sure], return_counts=True),
+        np.mean(sure),
+    )
     assert np.mean(sure) > 0.95
     assert np.sum(sure) >= least
     assert np.sum(chains.index[sure] >= 1) >= unstable
@@ -207,7 +215,7 @@ def test_platform_stiffness(which, request):
     robot, y = request.getfixturevalue(which)
     # The more force there is in the rods, the less accurate is the integration of either.
     forces = y[:, robot.n_a + robot.n_p :].reshape(len(y), -1, 3)[:, :, :2]
-    few = y[np.argsort(np.max(np.abs(forces), axis=(1, 2)))[:LANES]]
+    few = y[np.argsort(np.max(np.abs(forces), axis=(1, 2)))[:FEW]]
     K = judged(robot, few).platform_stiffness
     size = np.max(np.abs(K), axis=(1, 2), keepdims=True)
     np.testing.assert_allclose(K / size, np.swapaxes(K, 1, 2) / size, rtol=0, atol=1e-12)
@@ -311,8 +319,8 @@ def test_shafts(spatial, moment, index):
 
 def test_planar_robot_in_space(three_legs, spatial):
     robot, y = three_legs
-    plane = judged(robot, y[:LANES])
-    space = judged(spatial, jax.vmap(lambda y: in_space_unknowns(spatial, y))(y[:LANES]))
+    plane = judged(robot, y[:FEW])
+    space = judged(spatial, jax.vmap(lambda y: in_space_unknowns(spatial, y))(y[:FEW]))
     K = space.platform_stiffness
     size = np.max(np.abs(K), axis=(1, 2), keepdims=True)
     np.testing.assert_allclose(K / size, np.swapaxes(K, 1, 2) / size, rtol=0, atol=1e-12)
@@ -326,7 +334,7 @@ def test_planar_robot_in_space(three_legs, spatial):
 def test_pushed_out_of_its_plane(spatial):
     """The stiffness undoes what small loads do, where pivots carry moments across their axes."""
     loads = np.vstack([np.zeros(6), *(s * np.diag([1e-4] * 3 + [1e-5] * 3) for s in (1.0, -1.0))])
-    steady = np.concatenate([spatial.f_P, np.zeros(3)]) + [0.3, 0.1, 0.0, 0.0, 0.0, 0.0]
+    steady = np.pad(spatial.f_P + np.array([0.3, 0.1, 0.0]), (0, 3))
     home = spatial.home
     n_q = spatial.n_a + spatial.n_p
     start = jnp.concatenate([home.q_a, home.q_p, jnp.zeros(spatial.n_y - n_q)])
@@ -335,12 +343,13 @@ def test_pushed_out_of_its_plane(spatial):
     @jax.vmap
     def solve(load):
         loaded = dataclasses.replace(spatial, f_P=load[:3], m_P=load[3:])
-        return find_root(Problem(loaded, forward_rows(spatial), start[:n_q]), start)
+        problem = Problem(loaded, forward_rows(spatial), start[:n_q])
+        return find_root(problem, start, verify=False)
 
     found = solve(jnp.asarray(steady + loads))
     assert np.all(found.status == Status.SOLVED)
     n_a = spatial.n_a
-    poses = np.asarray(found.y[:, n_a:n_q])
+    poses = np.array(found.y[:, n_a:n_q])
     turns = Rotation.from_rotvec(poses[:, 3:])
     moved = np.hstack([poses[1:7, :3] - poses[7:, :3], (turns[1:7] * turns[7:].inv()).as_rotvec()])
     compliance = moved.T / (2.0 * np.max(loads, axis=1)[1:7])

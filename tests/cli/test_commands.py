@@ -5,6 +5,7 @@ import pathlib
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from cpr_jax.cli import main
 
@@ -102,3 +103,39 @@ def test_robots(capsys):
     assert code == 0
     assert set(json.loads(out)) == {"rfrfr", "rfrfr-straight", "three-rfr"}
     assert run(capsys, "robots")[1].count("motors") == 3
+
+
+def test_workspace(capsys, tmp_path):
+    """A small map: its summary agrees with its file, and a second run resumes to the same."""
+    out = str(tmp_path / "map")
+    argv = ["workspace", "rfrfr", "--out", out, "--spacing", "12mm", "--json"]
+    argv += ["--box", "0", "150mm", "60mm", "0.25"]
+    code, printed, _ = run(capsys, *argv)
+    assert code == 0
+    answer = json.loads(printed)
+    assert answer["solved"] == answer["cells"] == sum(answer["status"].values())
+    files = sorted(path.name for path in (tmp_path / "map").iterdir())
+    assert files == ["map.nc", "map.pdf", "map.png"]
+    assert sorted(answer["files"]) == sorted(str(tmp_path / "map" / name) for name in files)
+    with xr.open_dataset(tmp_path / "map" / "map.nc", engine="h5netcdf") as dataset:
+        assert dataset.sizes["y"] * dataset.sizes["z"] == answer["cells"]
+        low, high = answer["semi_axis_max"]
+        assert float(dataset["semi_axis_max"].min()) == low
+        assert float(dataset["semi_axis_max"].max()) == high
+    code, again, _ = run(capsys, *argv, "--resume")
+    assert (code, again) == (0, printed)
+
+
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [
+        (["--spacing", "0"], "--spacing"),
+        (["--spacing", "2s"], "--spacing"),
+        (["--box", "0", "0", "1mm", "1mm"], "box"),
+        (["--max-torque", "-1"], "--max-torque"),
+    ],
+)
+def test_workspace_names_mistakes(capsys, tmp_path, options, field):
+    code, out, err = run(capsys, "workspace", "rfrfr", "--out", str(tmp_path / "m"), *options)
+    assert (code, out) == (2, "")
+    assert field in err

@@ -50,8 +50,9 @@ class Verdict(NamedTuple):
     - `index`: negative directions of the energy among the motions that the joints allow.
     - `leg_indices`: the same with the platform held, of each leg, `(…, n)`.
     - `stiffness`: of the platform, all else at equilibrium, `(…, n_p, n_p)`.
-    - `smallest`: least magnitude of an eigenvalue of the second variation in units of k_b / l,
-        for motions measured by `∫ δθ² ds / l` summed over the rods, `|δp|² / l²` and `δφ²`.
+    - `smallest`: least magnitude of an eigenvalue of the second variation, of the robot or of one
+        of its legs, in units of k_b / l, for motions measured by `∫ δθ² ds / l` summed over the
+        rods, `|δp|² / l²` and `δφ²`.
     - `moved`: largest change of an angle from the start to the equilibrium of the chains;
         infinite where Newton's method found none.
     """
@@ -160,22 +161,22 @@ def _judge(chains, q, q_p, mu, links):
     unit[nodes:] = [length, length, 1.0][: size - nodes]
     hessian = unit[:, None] * matrix[:, :size, :size] * unit
     constraints = matrix[:, size:, :size] * unit
-    eigenvalues = _on_null_space(hessian, constraints) * length / np.mean(chains.k_b)
-    leg_indices = []
+    spectra = [_on_null_space(hessian, constraints)]
     for leg in range(legs):
         own = slice(leg * links, (leg + 1) * links)
         held = [2 * leg, 2 * leg + 1, *(2 * legs + np.flatnonzero(clamped == leg))]
-        alone = _on_null_space(hessian[:, own, own], constraints[:, held, own])
-        leg_indices.append(np.sum(alone < 0.0, axis=1))
+        spectra.append(_on_null_space(hessian[:, own, own], constraints[:, held, own]))
+    index, *leg_indices = (np.sum(spectrum < 0.0, axis=1) for spectrum in spectra)
+    smallest = np.min(np.abs(np.concatenate(spectra, axis=1)), axis=1)
 
     rest = np.r_[:nodes, size : size + rows]
     pulled = matrix[:, rest, nodes:size]
     follow = np.linalg.solve(matrix[:, rest[:, None], rest], pulled)
     return Verdict(
-        index=np.sum(eigenvalues < 0.0, axis=1),
+        index=index,
         leg_indices=np.stack(leg_indices, axis=1),
         stiffness=matrix[:, nodes:size, nodes:size] - np.swapaxes(pulled, 1, 2) @ follow,
-        smallest=np.min(np.abs(eigenvalues), axis=1),
+        smallest=smallest * length / np.mean(chains.k_b),
         moved=np.where(found, moved, np.inf),
     )
 

@@ -18,8 +18,8 @@ def folder(tmp_path_factory):
 
 def test_files(folder):
     names = {path.name for path in folder.iterdir()}
-    figures = {f"figure-{k}.{ending}" for k in (1, 2) for ending in ("pdf", "png")}
-    assert names == figures | {"samples.nc", "report.json", "report.md"}
+    figures = {f"figure-{k}.{ending}" for k in (1, 2, 3) for ending in ("pdf", "png")}
+    assert names == figures | {"samples.nc", "map.nc", "report.json", "report.md"}
     assert all((folder / name).stat().st_size > 10_000 for name in figures)
 
 
@@ -52,7 +52,7 @@ def test_report_agrees_with_the_samples(folder):
 def test_report_lists_the_claims(folder):
     report = json.loads((folder / "report.json").read_text())
     text = (folder / "report.md").read_text()
-    assert len(report["claims"]) == 7
+    assert len(report["claims"]) == 11
     for claim in report["claims"]:
         assert claim["claim"] in text
         assert claim["computed"] in text

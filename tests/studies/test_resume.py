@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 
+import jax
 import numpy as np
 import pytest
 import xarray as xr
@@ -15,7 +16,7 @@ from cpr_jax.errors import InputError
 from cpr_jax.robots.catalogue import rfrfr
 from cpr_jax.studies.workspace import workspace_map
 
-# Many small chunks and a state after every batch: moments of every kind to be killed at.
+# A state after every batch: moments of every kind to be killed at.
 PROGRAM = """
 import os, sys
 import jax
@@ -24,9 +25,9 @@ jax.config.update("jax_compilation_cache_dir", sys.argv[2])
 jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
 import cpr_jax.studies.workspace as workspace
 from cpr_jax.robots.catalogue import rfrfr
-workspace._CHUNK, workspace._SAVE_EVERY = 64, 0.0
+workspace._SAVE_EVERY = 0.0
 print("ready", flush=True)
-workspace.workspace_map(rfrfr(), spacing=0.01, out=sys.argv[1], resume=True)
+workspace.workspace_map(rfrfr(), spacing=0.005, out=sys.argv[1], resume=True)
 print("done", flush=True)
 """
 
@@ -46,8 +47,9 @@ def load(folder) -> xr.Dataset:
 
 
 @pytest.fixture(scope="module")
-def cache(tmp_path_factory):
-    return tmp_path_factory.mktemp("cache")
+def cache():
+    """Programs that the other tests of maps have compiled."""
+    return jax.config.jax_compilation_cache_dir
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +68,7 @@ def test_killed_at_random_moments(tmp_path, cache, whole):
     dataset, seconds = whole
     random = np.random.default_rng(0)
     kills = 0
-    for _ in range(4):
+    for _ in range(3):
         process = start(tmp_path, cache)
         process.stdout.readline()
         while process.poll() is None and not (tmp_path / "parts" / "configuration.json").exists():
