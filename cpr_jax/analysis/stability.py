@@ -52,8 +52,9 @@ def stability(robot: Robot, equilibrium: Equilibrium, steps: int = DEFAULT_STEPS
     them coincide. Each piece must be stable by itself, which fails beyond forces of about
     `(steps π / 2)² k_b / l²`.
 
-    NaN-valued equilibria give an index of -1. Rods under distributed moments, which have no
-    energy, are judged by the symmetric part of their flexibility.
+    NaN-valued equilibria give an index of -1. What has no energy is judged by its nearest kin:
+    rods under distributed moments by the symmetric part of their flexibility, joints with a
+    `lever` of 0 as if it were 1.
     """
     return _stability(robot, equilibrium.y, steps)
 

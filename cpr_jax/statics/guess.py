@@ -93,7 +93,8 @@ def fitted(robot: Robot, y: Float[Array, " n_y"], steps: int = DEFAULT_STEPS) ->
 
     def missing(factor):
         scaled = ravel(state._replace(mu=factor * state.mu))
-        return jnp.max(jnp.abs(_gap(robot, scaled, steps)))
+        left = jnp.max(jnp.abs(_gap(robot, scaled, steps)))
+        return jnp.where(jnp.isfinite(left), left, jnp.inf)
 
     factor = factors[jnp.argmin(jax.vmap(missing)(factors))]
     return ravel(state._replace(mu=factor * state.mu))

@@ -27,7 +27,8 @@ class CriticalValue(NamedTuple):
     **Attributes:**
 
     - `value`: of the parameter, SI units; NaN where nothing changes before `stop`.
-    - `before`, `after`: numbers of unstable directions before it and at the next point looked at.
+    - `before`, `after`: numbers of unstable directions before it and at the next point looked
+        at; `after` is -1 where the branch folds back, so that the robot snaps to another one.
     - `y`: unknowns just before it, SI units.
     """
 

@@ -324,8 +324,8 @@ class _Sheet:
         starts, along = [], []
         for axis in (0, 1):
             low, high = (_along(axis, part) for part in (slice(None, -1), slice(1, None)))
-            gap = np.max(np.abs(self.y[low] - self.y[high]), axis=-1)
-            changes = (sign[low] * sign[high] < 0.0) & (gap < 0.5)
+            gap = np.max(np.abs(self.y[low] - self.y[high])[..., : self.n_a], axis=-1)
+            changes = (sign[low] * sign[high] < 0.0) & (gap < _SAME_SHEET)
             starts.append(0.5 * (self.y[low] + self.y[high])[changes])
             along.append(np.full(len(starts[-1]), axis))
         return np.concatenate(starts), np.concatenate(along)

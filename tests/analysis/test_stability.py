@@ -117,8 +117,10 @@ def random_equilibria(robot, count, *, held, free):
 
 @pytest.fixture(scope="module")
 def two_legs(robot):
-    wide, narrow = {"place": 0.3, "turn": 0.0, "force": 60.0}, {"place": 0.3, "turn": 0.0}
-    return robot, random_equilibria(robot, 2800, held=wide, free={**narrow, "force": 30.0})
+    anywhere = {"place": 0.3, "turn": 0.0}
+    return robot, random_equilibria(
+        robot, 2400, held={**anywhere, "force": 60.0}, free={**anywhere, "force": 30.0}
+    )
 
 
 @pytest.fixture(scope="module")
@@ -131,8 +133,10 @@ def triangle():
 
 @pytest.fixture(scope="module")
 def three_legs(triangle):
-    wide, narrow = {"place": 0.2, "turn": 1.5, "force": 15.0}, {"place": 0.2, "turn": 2.0}
-    return triangle, random_equilibria(triangle, 3200, held=wide, free={**narrow, "force": 8.0})
+    anywhere = {"place": 0.2, "turn": 1.5}
+    return triangle, random_equilibria(
+        triangle, 2400, held={**anywhere, "force": 10.0}, free={**anywhere, "force": 5.0}
+    )
 
 
 @pytest.fixture(scope="module")
@@ -165,8 +169,8 @@ def all_features(triangle):
             jnp.array([[0.2, -0.5], [0.0, -0.8], [0.3, 0.4]]),
         ),
     )
-    wide = {"place": 0.3, "turn": 2.0, "force": 20.0}
-    return robot, random_equilibria(robot, 1600, held=wide, free=wide)
+    anywhere = {"place": 0.3, "turn": 2.0, "force": 15.0}
+    return robot, random_equilibria(robot, 2400, held=anywhere, free=anywhere)
 
 
 def by_chains(robot, y, links=LINKS):
@@ -182,7 +186,7 @@ def by_chains(robot, y, links=LINKS):
 
 @pytest.mark.parametrize(
     ("which", "least", "unstable", "twice"),
-    [("two_legs", 500, 200, 20), ("three_legs", 500, 100, 10), ("all_features", 100, 15, 0)],
+    [("two_legs", 500, 200, 20), ("three_legs", 500, 100, 10), ("all_features", 80, 10, 0)],
 )
 def test_index_of_random_equilibria(which, least, unstable, twice, request):
     robot, y = request.getfixturevalue(which)
@@ -195,27 +199,22 @@ def test_index_of_random_equilibria(which, least, unstable, twice, request):
     np.testing.assert_array_equal(result.index[sure], chains.index[sure])
     np.testing.assert_array_equal(result.leg_indices[sure], chains.leg_indices[sure])
     np.testing.assert_array_equal(result.stable, result.index == 0)
-    print(
-        which,
-        len(y),
-        sure.sum(),
-        near.sum(),
-        np.unique(chains.index[sure], return_counts=True),
-        np.unique(chains.leg_indices[sure], return_counts=True),
-        np.mean(sure),
-    )
     assert np.mean(sure) > 0.95
     assert np.sum(sure) >= least
     assert np.sum(chains.index[sure] >= 1) >= unstable
     assert np.sum(chains.index[sure] >= 2) >= twice
 
 
+def gentle(robot, y):
+    """Equilibria with the least forces: the more there is, the less accurate is integration."""
+    forces = y[:, robot.n_a + robot.n_p :].reshape(len(y), -1, 3)[:, :, :2]
+    return y[np.argsort(np.max(np.abs(forces), axis=(1, 2)))[:FEW]]
+
+
 @pytest.mark.parametrize("which", ["two_legs", "three_legs", "all_features"])
 def test_platform_stiffness(which, request):
     robot, y = request.getfixturevalue(which)
-    # The more force there is in the rods, the less accurate is the integration of either.
-    forces = y[:, robot.n_a + robot.n_p :].reshape(len(y), -1, 3)[:, :, :2]
-    few = y[np.argsort(np.max(np.abs(forces), axis=(1, 2)))[:FEW]]
+    few = gentle(robot, y)
     K = judged(robot, few).platform_stiffness
     size = np.max(np.abs(K), axis=(1, 2), keepdims=True)
     np.testing.assert_allclose(K / size, np.swapaxes(K, 1, 2) / size, rtol=0, atol=1e-12)
@@ -319,8 +318,9 @@ def test_shafts(spatial, moment, index):
 
 def test_planar_robot_in_space(three_legs, spatial):
     robot, y = three_legs
-    plane = judged(robot, y[:FEW])
-    space = judged(spatial, jax.vmap(lambda y: in_space_unknowns(spatial, y))(y[:FEW]))
+    few = gentle(robot, y)
+    plane = judged(robot, few)
+    space = judged(spatial, jax.vmap(lambda y: in_space_unknowns(spatial, y))(few))
     K = space.platform_stiffness
     size = np.max(np.abs(K), axis=(1, 2), keepdims=True)
     np.testing.assert_allclose(K / size, np.swapaxes(K, 1, 2) / size, rtol=0, atol=1e-12)

@@ -19,3 +19,13 @@ def test_a_guess_of_another_design(nominal, numbers):
     cold = solve_inverse(other, nominal.q_p)
     assert int(followed.status) == Status.SOLVED
     np.testing.assert_allclose(followed.y, cold.y, atol=1e-10)
+
+
+def test_a_neighbour_under_heavy_load(paper):
+    """Where multiples of its wrenches overflow, a guess is still taken as it is."""
+    equilibrium = solve_inverse(paper, (0.05, 0.06))
+    for z in (0.055, 0.0525, 0.05, 0.045):
+        equilibrium = solve_inverse(paper, (0.05, z), guess=equilibrium)
+        assert int(equilibrium.status) == Status.SOLVED
+    cold = solve_inverse(paper, (0.05, 0.045))
+    np.testing.assert_allclose(equilibrium.y, cold.y, rtol=0, atol=1e-9)
