@@ -89,16 +89,22 @@ def samples_dataset(
     return dataset
 
 
-def write_atomically(path: str | os.PathLike, write: Callable[[pathlib.Path], object]) -> None:
+def write_atomically(
+    path: str | os.PathLike,
+    write: Callable[[pathlib.Path], object],
+    scratch: pathlib.Path | None = None,
+) -> None:
     """Writes a file through a temporary name: it is whole, or it is not there.
 
     **Arguments:**
 
-    - `write`: called with the temporary path, in the same folder and with the same ending.
+    - `write`: called with the temporary path, which has the same ending.
+    - `scratch`: folder of the temporary file, on the same disk; by default that of the file.
     """
     target = pathlib.Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=".", suffix=target.suffix, dir=target.parent)
+    folder = scratch or target.parent
+    handle, name = tempfile.mkstemp(prefix=".", suffix=target.suffix, dir=folder)
     os.close(handle)
     temporary = pathlib.Path(name)
     try:
@@ -111,14 +117,20 @@ def write_atomically(path: str | os.PathLike, write: Callable[[pathlib.Path], ob
         temporary.unlink(missing_ok=True)
 
 
-def save_dataset(dataset: xr.Dataset, path: str | os.PathLike) -> None:
-    """Writes a dataset as NetCDF, compressed, in one piece."""
+def save_dataset(
+    dataset: xr.Dataset, path: str | os.PathLike, scratch: pathlib.Path | None = None
+) -> None:
+    """Writes a dataset as NetCDF, compressed, in one piece; `scratch` as in `write_atomically`."""
     packed = {
         name: {"zlib": True, "complevel": 4}
         for name, variable in dataset.data_vars.items()
         if variable.ndim and variable.dtype.kind in "fi"
     }
-    write_atomically(path, lambda file: dataset.to_netcdf(file, engine="h5netcdf", encoding=packed))
+
+    def write(file: pathlib.Path) -> None:
+        dataset.to_netcdf(file, engine="h5netcdf", encoding=packed)
+
+    write_atomically(path, write, scratch)
 
 
 def plain(value: object) -> object:

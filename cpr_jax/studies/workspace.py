@@ -154,7 +154,8 @@ def workspace_map(
         dataset = _map(robot, seed, grid, selection, half_ranges, limits, steps, parts, bar)
     dataset.attrs["configuration"] = json.dumps(configuration, sort_keys=True)
     if folder is not None:
-        save_dataset(dataset, folder / "map.nc")
+        # What a kill leaves of it goes away with the parts.
+        save_dataset(dataset, folder / "map.nc", scratch=parts.folder)
         parts.clear()
     return dataset
 

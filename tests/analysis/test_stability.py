@@ -25,14 +25,6 @@ from tests.statics.common import in_space_unknowns, like_rfrfr
 CASE = json.loads((pathlib.Path(__file__).parents[1] / "reference_cases.json").read_text())[
     "buckling_t2"
 ]
-LINKS = 60
-
-NEAR, TOO_NEAR = 0.5, 0.1
-"""Smallest eigenvalues, k_b / l, below which the chains take twice the links, or decide nothing.
-
-With 60 links eigenvalues below `NEAR` are wrong by up to 0.3 where rods bend sharply, and the
-error falls with the square of the links.
-"""
 
 
 def at(robot, y) -> Equilibrium:
@@ -119,7 +111,7 @@ def random_equilibria(robot, count, *, held, free):
 def two_legs(robot):
     anywhere = {"place": 0.3, "turn": 0.0}
     return robot, random_equilibria(
-        robot, 2400, held={**anywhere, "force": 60.0}, free={**anywhere, "force": 30.0}
+        robot, 2800, held={**anywhere, "force": 60.0}, free={**anywhere, "force": 30.0}
     )
 
 
@@ -173,7 +165,7 @@ def all_features(triangle):
     return robot, random_equilibria(robot, 2400, held=anywhere, free=anywhere)
 
 
-def by_chains(robot, y, links=LINKS):
+def by_chains(robot, y, links=240):
     n_a, n_q = robot.n_a, robot.n_a + robot.n_p
     return discrete_stability.judge(
         discrete_stability.read(robot),
@@ -191,10 +183,8 @@ def by_chains(robot, y, links=LINKS):
 def test_index_of_random_equilibria(which, least, unstable, twice, request):
     robot, y = request.getfixturevalue(which)
     chains = by_chains(robot, y)
-    near = chains.smallest < NEAR
-    for coarse, fine in zip(chains, by_chains(robot, y[near], 2 * LINKS), strict=True):
-        coarse[near] = fine
-    sure = (chains.smallest > TOO_NEAR) & (chains.moved < 0.05)
+    # Next to a singularity the discretisation decides, if it does not lose the equilibrium.
+    sure = ~chains.doubtful & (chains.moved < 0.01)
     result = judged(robot, y)
     np.testing.assert_array_equal(result.index[sure], chains.index[sure])
     np.testing.assert_array_equal(result.leg_indices[sure], chains.leg_indices[sure])
@@ -219,7 +209,7 @@ def test_platform_stiffness(which, request):
     size = np.max(np.abs(K), axis=(1, 2), keepdims=True)
     np.testing.assert_allclose(K / size, np.swapaxes(K, 1, 2) / size, rtol=0, atol=1e-12)
     np.testing.assert_allclose(K / size, linearised(robot, few) / size, rtol=0, atol=1e-8)
-    coarse, fine = (by_chains(robot, few[::8], links).stiffness for links in (LINKS, 2 * LINKS))
+    coarse, fine = (by_chains(robot, few[::8], links).stiffness for links in (120, 240))
     extrapolated = (4.0 * fine - coarse) / 3.0
     np.testing.assert_allclose(K[::8] / size[::8], extrapolated / size[::8], rtol=0, atol=1e-5)
 

@@ -4,7 +4,9 @@ A rod becomes N links of length h that point along the mean of the angles at the
 motors held the potential energy `Σ k_b h / 2 ((θ_{j+1} - θ_j) / h - κ)²`, less the work of the
 loads, is stationary under the constraint that each leg ends where the platform holds it. Its
 second variation under that constraint counts the unstable directions; everything converges like
-h². Vectors of the plane are complex numbers here.
+h². The Hessian of a chain is tridiagonal, and bordered by its constraints it has one negative
+eigenvalue for each of them beside those of the Hessian on their null space. Vectors of the plane
+are complex numbers here.
 """
 
 from typing import NamedTuple
@@ -22,7 +24,7 @@ class Chains(NamedTuple):
     - `length`, `k_b`, `curvature`: of the rods, the curvature at rest.
     - `weight`: dead load per length of the rods.
     - `attachment`: where the legs hold the platform, in its axes.
-    - `tilt`: angle at which they are clamped to it; NaN for pivots.
+    - `clamped`, `tilt`: whether they are clamped to it, and at which angle.
     - `force`, `moment`: dead load on the platform.
     - `oriented`: a body, otherwise a mere point.
     """
@@ -36,6 +38,7 @@ class Chains(NamedTuple):
     curvature: np.ndarray
     weight: np.ndarray
     attachment: np.ndarray
+    clamped: np.ndarray
     tilt: np.ndarray
     force: complex
     moment: float
@@ -50,9 +53,9 @@ class Verdict(NamedTuple):
     - `index`: negative directions of the energy among the motions that the joints allow.
     - `leg_indices`: the same with the platform held, of each leg, `(…, n)`.
     - `stiffness`: of the platform, all else at equilibrium, `(…, n_p, n_p)`.
-    - `smallest`: least magnitude of an eigenvalue of the second variation, of the robot or of one
-        of its legs, in units of k_b / l, for motions measured by `∫ δθ² ds / l` summed over the
-        rods, `|δp|² / l²` and `δφ²`.
+    - `doubtful`: whether an eigenvalue of the second variation, of the robot or of one of its legs,
+        is nearer to zero than the given `margin`, in units of k_b / l. Motions are measured by
+        `∫ δθ² ds / l` summed over the rods, `|δp|² / l²` and `δφ²`.
     - `moved`: largest change of an angle from the start to the equilibrium of the chains;
         infinite where Newton's method found none.
     """
@@ -60,7 +63,7 @@ class Verdict(NamedTuple):
     index: np.ndarray
     leg_indices: np.ndarray
     stiffness: np.ndarray
-    smallest: np.ndarray
+    doubtful: np.ndarray
     moved: np.ndarray
 
 
@@ -82,7 +85,8 @@ def read(robot) -> Chains:
         curvature=np.asarray(rod.precurvature)[:, 0],
         weight=np.zeros(robot.n) if rod.force is None else plane(rod.force),
         attachment=plane(legs.attachment_position),
-        tilt=np.where(free[:, 2] > 0.5, np.nan, np.asarray(legs.attachment_rotation)[:, 0]),
+        clamped=free[:, 2] < 0.5,
+        tilt=np.asarray(legs.attachment_rotation)[:, 0],
         force=complex(plane(robot.f_P)),
         moment=float(robot.m_P[0]),
         oriented=robot.oriented,
@@ -119,77 +123,148 @@ def angles_along(chains: Chains, q: np.ndarray, mu: np.ndarray, links: int, subs
     return np.stack(nodes, axis=-1)
 
 
-def judge(chains: Chains, q, q_p, mu, links: int = 60, batch: int = 50) -> Verdict:
+def judge(chains: Chains, q, q_p, mu, links: int = 240, margin: float = 0.02) -> Verdict:
     """Stability of equilibria with motor angles `q`, platforms `q_p` and base wrenches `mu`.
 
     Newton's method takes them to the equilibria of the chains next to them, motors held.
     """
-    parts = [
-        _judge(chains, *(np.asarray(x)[k : k + batch] for x in (q, q_p, mu)), links)
-        for k in range(0, len(q), batch)
-    ]
-    return Verdict(*(np.concatenate(column) for column in zip(*parts, strict=True)))
-
-
-def _judge(chains, q, q_p, mu, links):
     start = angles_along(chains, q, mu, links)
-    count, legs = len(q), len(chains.length)
-    clamped = _clamped(chains)
-    nodes = legs * links
-    size, rows = nodes + q_p.shape[1], 2 * legs + len(clamped)
-    x = np.concatenate([start[:, :, 1:].reshape(count, nodes), q_p], axis=1)
+    held, angles, pose = start[:, :, :1], start[:, :, 1:], np.array(q_p)
     # Against the forces and moments that the platform exerts on the tips.
     tips = mu[:, :, :2] @ np.array([1.0, 1.0j]) - chains.length * chains.weight
-    multiplier = np.zeros((count, rows))
-    multiplier[:, : 2 * legs] = -tips.view(float)
-    bend = start[:, clamped, -3:] @ np.array([0.5, -2.0, 1.5]) * links / chains.length[clamped]
-    lever = _cross(np.exp(1j * start[:, clamped, -1]) * chains.b[clamped], tips[:, clamped])
-    multiplier[:, 2 * legs :] = lever - chains.k_b[clamped] * (bend - chains.curvature[clamped])
+    bend = start[:, :, -3:] @ np.array([0.5, -2.0, 1.5]) * links / chains.length
+    moment = chains.k_b * (bend - chains.curvature)
+    moment = _cross(np.exp(1j * start[:, :, -1]) * chains.b, tips) - moment
+    multiplier = np.stack([-tips.real, -tips.imag, chains.clamped * moment], axis=-1)
 
+    going = np.ones(len(start), bool)
+    largest = np.full(len(start), np.inf)
     for _ in range(12):
-        gap, slope, matrix = _expand(chains, start[:, :, 0], x, multiplier, links)
-        right = -np.concatenate([slope, gap], axis=1)
-        step = np.linalg.solve(matrix, right[..., None])[..., 0]
-        x, multiplier = x + step[:, :size], multiplier + step[:, size:]
-        if np.max(np.abs(step[:, :size])) < 1e-10:
+        system = _expand(chains, held[going], angles[going], pose[going], multiplier[going])
+        steps = _newton_step(system)
+        largest[going] = np.max(np.abs(steps[0]), axis=(1, 2))
+        for values, step in zip((angles, pose, multiplier), steps, strict=True):
+            values[going] += step
+        # Those that run away are lost.
+        going &= (largest > 1e-10) & (largest < 10.0)
+        if not np.any(going):
             break
-    found = np.max(np.abs(step[:, :size]), axis=1) < 1e-8
-    moved = np.max(np.abs(x[:, :nodes] - start[:, :, 1:].reshape(count, nodes)), axis=1)
+    found = largest < 1e-8
+    moved = np.max(np.abs(angles - start[:, :, 1:]), axis=(1, 2))
+    angles[~found], pose[~found] = start[~found, :, 1:], np.array(q_p)[~found]
 
-    length = np.mean(chains.length)
-    unit = np.full(size, np.sqrt(links))
-    unit[nodes:] = [length, length, 1.0][: size - nodes]
-    hessian = unit[:, None] * matrix[:, :size, :size] * unit
-    constraints = matrix[:, size:, :size] * unit
-    spectra = [_on_null_space(hessian, constraints)]
-    for leg in range(legs):
-        own = slice(leg * links, (leg + 1) * links)
-        held = [2 * leg, 2 * leg + 1, *(2 * legs + np.flatnonzero(clamped == leg))]
-        spectra.append(_on_null_space(hessian[:, own, own], constraints[:, held, own]))
-    index, *leg_indices = (np.sum(spectrum < 0.0, axis=1) for spectrum in spectra)
-    smallest = np.min(np.abs(np.concatenate(spectra, axis=1)), axis=1)
-
-    rest = np.r_[:nodes, size : size + rows]
-    pulled = matrix[:, rest, nodes:size]
-    follow = np.linalg.solve(matrix[:, rest[:, None], rest], pulled)
+    system = _expand(chains, held, angles, pose, multiplier)
+    unit = np.mean(chains.k_b) / np.mean(chains.length)
+    (low, legs_low), (index, leg_indices), (high, legs_high) = (
+        _count(chains, system, shift * unit) for shift in (-margin, 0.0, margin)
+    )
     return Verdict(
         index=index,
-        leg_indices=np.stack(leg_indices, axis=1),
-        stiffness=matrix[:, nodes:size, nodes:size] - np.swapaxes(pulled, 1, 2) @ follow,
-        smallest=smallest * length / np.mean(chains.k_b),
+        leg_indices=leg_indices,
+        stiffness=_stiffness(system),
+        doubtful=(low != high) | np.any(legs_low != legs_high, axis=1),
         moved=np.where(found, moved, np.inf),
     )
 
 
-def _on_null_space(hessian, constraints):
-    """Eigenvalues of a quadratic form on what constraints leave free."""
-    full = np.linalg.qr(np.swapaxes(constraints, 1, 2), mode="complete")[0]
-    tangents = full[:, :, constraints.shape[1] :]
-    return np.linalg.eigvalsh(np.swapaxes(tangents, 1, 2) @ hessian @ tangents)
+class _System(NamedTuple):
+    """Gaps, gradient and second derivatives of the Lagrangian; the first axes are `(…, n)`.
+
+    **Attributes:**
+
+    - `diagonal`, `beside`: of the Hessian in the angles of a leg.
+    - `columns`: derivatives of the gaps of a joint in the angles, `(…, n, links, 3)`; the last
+        one is that of the angle, zero for a pivot.
+    - `idle`: 1 for what is no constraint, `(n, 3)`.
+    - `follow`: derivatives of the gaps in the pose of the platform, `(…, n, 3, n_p)`.
+    - `curved`: Hessian in the pose, `(…, n_p, n_p)`.
+    - `gaps`, `slope`, `force`: what must vanish: gaps, gradients in the angles and in the pose.
+    """
+
+    diagonal: np.ndarray
+    beside: np.ndarray
+    columns: np.ndarray
+    idle: np.ndarray
+    follow: np.ndarray
+    curved: np.ndarray
+    gaps: np.ndarray
+    slope: np.ndarray
+    force: np.ndarray
 
 
-def _clamped(chains):
-    return np.flatnonzero(~np.isnan(chains.tilt))
+def _newton_step(system):
+    """Steps of the angles, of the pose and of the multipliers."""
+    right = np.concatenate([system.columns, system.slope[..., None]], axis=-1)
+    solved, _ = _tridiagonal(system.diagonal, system.beside, right)
+    by_multiplier, by_slope = solved[..., :3], solved[..., 3]
+    seen = np.einsum("...jk,...j->...k", system.columns, by_slope)
+    legs, size = system.gaps.shape[1] * 3, system.force.shape[1]
+    bordered = _bordered(system, by_multiplier)
+    right = np.concatenate([(seen - system.gaps).reshape(-1, legs), -system.force], axis=1)
+    step = np.linalg.solve(bordered, right[..., None])[..., 0]
+    multiplier = step[:, :legs].reshape(system.gaps.shape)
+    angles = -by_slope - np.einsum("...jk,...k->...j", by_multiplier, multiplier)
+    return angles, step[:, legs : legs + size], multiplier
+
+
+def _count(chains, system, shift):
+    """Eigenvalues below a shift: of the robot, and of each leg with the platform held."""
+    links, length = system.diagonal.shape[-1], np.mean(chains.length)
+    diagonal = system.diagonal - shift / links
+    solved, negative = _tridiagonal(diagonal, system.beside, system.columns)
+    size = system.force.shape[1]
+    mass = np.diag([length**-2, length**-2, 1.0][:size])
+    bordered = _bordered(system._replace(curved=system.curved - shift * mass), solved)
+    constraints = np.sum(system.idle == 0.0, axis=1)
+    whole = np.sum(negative, axis=1) + _negative(bordered) - np.sum(constraints)
+    return whole, negative + _negative(_joints(system, solved)) - constraints
+
+
+def _stiffness(system):
+    """Of the platform, the angles and the multipliers eliminated."""
+    solved, _ = _tridiagonal(system.diagonal, system.beside, system.columns)
+    held = np.linalg.solve(_joints(system, solved), system.follow)
+    return system.curved - np.einsum("...lki,...lkj->...ij", system.follow, held)
+
+
+def _joints(system, solved):
+    """What is left for the multipliers of a leg without its angles, `(…, n, 3, 3)`."""
+    idle = system.idle[:, :, None] * np.eye(3)
+    return idle - np.swapaxes(system.columns, -1, -2) @ solved
+
+
+def _bordered(system, solved):
+    """What is left for the multipliers and the pose without the angles."""
+    joints = _joints(system, solved)
+    count, legs = joints.shape[:2]
+    size = 3 * legs + system.force.shape[1]
+    matrix = np.zeros((count, size, size))
+    for leg in range(legs):
+        own = slice(3 * leg, 3 * leg + 3)
+        matrix[:, own, own] = joints[:, leg]
+        matrix[:, own, 3 * legs :] = system.follow[:, leg]
+        matrix[:, 3 * legs :, own] = np.swapaxes(system.follow[:, leg], 1, 2)
+    matrix[:, 3 * legs :, 3 * legs :] = system.curved
+    return matrix
+
+
+def _negative(matrices):
+    return np.sum(np.linalg.eigvalsh(matrices) < 0.0, axis=-1)
+
+
+def _tridiagonal(diagonal, beside, right):
+    """Solution of symmetric tridiagonal systems, and how many of their pivots are negative."""
+    count = diagonal.shape[-1]
+    pivots, solution = diagonal.copy(), right.copy()
+    for j in range(1, count):
+        factor = beside[..., j - 1] / pivots[..., j - 1]
+        pivots[..., j] -= factor * beside[..., j - 1]
+        solution[..., j, :] -= factor[..., None] * solution[..., j - 1, :]
+    solution /= pivots[..., None]
+    for j in range(count - 2, -1, -1):
+        factor = beside[..., j] / pivots[..., j]
+        solution[..., j, :] -= factor[..., None] * solution[..., j + 1, :]
+    return solution, np.sum(pivots < 0.0, axis=-1)
 
 
 def _cross(arm, force):
@@ -200,71 +275,71 @@ def _dot(a, b):
     return np.real(np.conj(a) * b)
 
 
-def _expand(chains, held, x, multiplier, links):
-    """Gaps of the joints, gradient of the Lagrangian, and the matrix of Newton's method."""
-    count, legs = len(x), len(chains.length)
-    clamped = _clamped(chains)
-    size, rows, nodes = x.shape[1], multiplier.shape[1], legs * links
-    angles = x[:, :nodes].reshape(count, legs, links)
-    angles = np.concatenate([held[:, :, None], angles], axis=2)
-    point = x[:, nodes] + 1j * x[:, nodes + 1]
-    turn = x[:, -1] if chains.oriented else np.zeros(count)
+def _pair(vectors):
+    return np.stack([vectors.real, vectors.imag], axis=-1)
+
+
+def _expand(chains, held, angles, pose, multiplier) -> _System:
+    """Derivatives at angles `(…, n, links)`, a pose and multipliers `(…, n, 3)`."""
+    count, legs, links = angles.shape
+    clamped = chains.clamped.astype(float)
+    point = pose[:, 0] + 1j * pose[:, 1]
+    turn = pose[:, 2] if chains.oriented else np.zeros(count)
 
     h = (chains.length / links)[:, None]
     spring = chains.k_b[:, None] / h
-    link = h * np.exp(0.5j * (angles[:, :, 1:] + angles[:, :, :-1]))
-    first = np.exp(1j * angles[:, :, 0]) * chains.a
-    last = np.exp(1j * angles[:, :, -1]) * chains.b
+    nodes = np.concatenate([held, angles], axis=2)
+    link = h * np.exp(0.5j * (nodes[:, :, 1:] + nodes[:, :, :-1]))
+    first = np.exp(1j * nodes[:, :, 0]) * chains.a
+    last = np.exp(1j * nodes[:, :, -1]) * chains.b
     arm = np.exp(1j * turn)[:, None] * chains.attachment
 
-    gap = np.zeros((count, rows))
-    ends = chains.base + first + link.sum(axis=2) + last
-    gap[:, : 2 * legs] = (ends - point[:, None] - arm).view(float)
     # Rods may end any number of turns further on.
-    error = angles[:, clamped, -1] - chains.tilt[clamped] - turn[:, None]
-    gap[:, 2 * legs :] = np.remainder(error + np.pi, 2.0 * np.pi) - np.pi
+    error = angles[:, :, -1] - chains.tilt - turn[:, None]
+    error = np.remainder(error + np.pi, 2.0 * np.pi) - np.pi
+    gap = chains.base + first + link.sum(axis=2) + last - point[:, None] - arm
+    gaps = np.concatenate([_pair(gap), (clamped * error)[:, :, None]], axis=2)
 
     # An angle turns half of the links on its two sides, the last one the rigid segment too.
     turned = 0.5j * link
     turned[:, :, :-1] += 0.5j * link[:, :, 1:]
     turned[:, :, -1] += 1j * last
-    constraints = np.zeros((count, rows, size))
-    for leg in range(legs):
-        y, z = 2 * leg, 2 * leg + 1
-        own = slice(leg * links, (leg + 1) * links)
-        constraints[:, y, own], constraints[:, z, own] = turned[:, leg].real, turned[:, leg].imag
-        constraints[:, y, nodes] = constraints[:, z, nodes + 1] = -1.0
-        if chains.oriented:
-            constraints[:, y, -1], constraints[:, z, -1] = arm[:, leg].imag, -arm[:, leg].real
-    for row, leg in enumerate(clamped, start=2 * legs):
-        constraints[:, row, (leg + 1) * links - 1] = 1.0
-        constraints[:, row, -1] = -1.0
+    columns = np.concatenate([_pair(turned), np.zeros((count, legs, links, 1))], axis=3)
+    columns[:, :, -1, 2] = clamped
+    follow = np.zeros((count, legs, 3, 3))
+    follow[..., 0, 0] = follow[..., 1, 1] = -1.0
+    follow[..., :2, 2] = -_pair(1j * arm)
+    follow[..., 2, 2] = -clamped
 
     # What turns a link: the multiplier and the weight of all that it carries.
-    pull = multiplier[:, : 2 * legs].reshape(count, legs, 2) @ np.array([1.0, 1.0j])
+    pull = multiplier[:, :, 0] + 1j * multiplier[:, :, 1]
     beyond = 1.0 - (np.arange(links) + 0.5) / links
     hung = -(chains.length * chains.weight)[:, None] * beyond
-    strain = np.diff(angles, axis=2) - h * chains.curvature[:, None]
-    before = spring * strain + 0.5 * _dot(hung, 1j * link)
+    strain = np.diff(nodes, axis=2) - h * chains.curvature[:, None]
+    slope = spring * strain + 0.5 * _dot(hung, 1j * link)
     after = -spring * strain + 0.5 * _dot(hung, 1j * link)
-    before[:, :, :-1] += after[:, :, 1:]
-    slope = np.einsum("kr,krs->ks", multiplier, constraints)
-    slope[:, :nodes] += before.reshape(count, nodes)
-    load = [chains.force.real, chains.force.imag, chains.moment]
-    slope[:, nodes:] -= load[: size - nodes]
+    slope[:, :, :-1] += after[:, :, 1:]
+    slope += np.einsum("klja,kla->klj", columns, multiplier)
+    load = np.array([chains.force.real, chains.force.imag, chains.moment])
+    force = np.einsum("klai,kla->ki", follow, multiplier) - load
 
     # The second derivative of a vector that turns is its opposite.
     bent = -0.25 * _dot(pull[:, :, None] + hung, link)
     diagonal = bent + spring
     diagonal[:, :, :-1] += bent[:, :, 1:] + spring
     diagonal[:, :, -1] -= _dot(pull, last)
-    matrix = np.zeros((count, size + rows, size + rows))
-    place = np.arange(nodes).reshape(legs, links)
-    matrix[:, place, place] = diagonal
-    inner, outer = place[:, :-1], place[:, 1:]
-    matrix[:, inner, outer] = matrix[:, outer, inner] = (bent - spring)[:, :, 1:]
-    if chains.oriented:
-        matrix[:, size - 1, size - 1] = np.sum(_dot(pull, arm), axis=1)
-    matrix[:, size:, :size] = constraints
-    matrix[:, :size, size:] = np.swapaxes(constraints, 1, 2)
-    return gap, slope, matrix
+    curved = np.zeros((count, 3, 3))
+    curved[:, 2, 2] = np.sum(_dot(pull, arm), axis=1)
+
+    size = pose.shape[1]
+    return _System(
+        diagonal=diagonal,
+        beside=(bent - spring)[:, :, 1:],
+        columns=columns,
+        idle=np.stack([0.0 * clamped, 0.0 * clamped, 1.0 - clamped], axis=1),
+        follow=follow[..., :size],
+        curved=curved[:, :size, :size],
+        gaps=gaps,
+        slope=slope,
+        force=force[:, :size],
+    )
