@@ -19,6 +19,7 @@ from ..statics.measures import energy_and_bows
 from ..statics.problem import Problem, find_root, forward_rows, inverse_rows
 from ..statics.status import Status
 from ..statics.unknowns import scales, unknown_scales
+from .parallel import in_parallel
 
 _LANES = 512
 _FORCES = (10.0, 10.0, 20.0)
@@ -182,7 +183,11 @@ def _recombined(robot: Robot, y, units, seed: int) -> np.ndarray:
 
 def _newton(problem: Problem, starts, steps: int):
     """Unknowns at the ends of Newton's method, and whether they are roots."""
-    parts = [_roots(problem, jnp.asarray(batch), steps) for batch in _batches(starts)]
+
+    def roots(batch: np.ndarray):
+        return [np.asarray(part) for part in _roots(problem, jnp.asarray(batch), steps)]
+
+    parts = in_parallel(roots, _batches(starts))
     return (np.concatenate(part)[: len(starts)] for part in zip(*parts, strict=True))
 
 

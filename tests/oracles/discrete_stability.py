@@ -129,7 +129,7 @@ def judge(chains: Chains, q, q_p, mu, links: int = 240, margin: float = 0.02) ->
     Newton's method takes them to the equilibria of the chains next to them, motors held.
     """
     start = angles_along(chains, q, mu, links)
-    held, angles, pose = start[:, :, :1], start[:, :, 1:], np.array(q_p)
+    held, angles, pose = start[:, :, :1], start[:, :, 1:].copy(), np.array(q_p)
     # Against the forces and moments that the platform exerts on the tips.
     tips = mu[:, :, :2] @ np.array([1.0, 1.0j]) - chains.length * chains.weight
     bend = start[:, :, -3:] @ np.array([0.5, -2.0, 1.5]) * links / chains.length

@@ -68,7 +68,7 @@ def test_killed_at_random_moments(tmp_path, cache, whole):
     dataset, seconds = whole
     random = np.random.default_rng(0)
     kills = 0
-    for _ in range(3):
+    for _ in range(2):
         process = start(tmp_path, cache)
         process.stdout.readline()
         while process.poll() is None and not (tmp_path / "parts" / "configuration.json").exists():
