@@ -109,7 +109,10 @@ def _leg_rows(robot: Robot, steps: int, leg: Leg, q, q_p, mu):
         transmitted / units.wrench(robot),
         error / units.pose(robot),
     )
-    wrench = jnp.concatenate([tip.force, moment + jnp.stack(geometry.cross(arm, tip.force))])
+    # A joint that slides takes the wrench along, away from its attachment.
+    slid = jnp.stack(geometry.rotate(frame, leg.joint.free[:d] * jnp.stack(gap)))
+    about = jnp.stack(geometry.cross(arm - slid, tip.force))
+    wrench = jnp.concatenate([tip.force, moment + about])
     return rows, wrench
 
 
