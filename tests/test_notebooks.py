@@ -3,10 +3,10 @@
 import json
 import pathlib
 
-import jax
-import nbclient
 import nbformat
 import pytest
+
+from tests.notebook_runner import NOTEBOOKS, executed
 
 ROOT = pathlib.Path(__file__).parents[1]
 REFERENCE = json.loads((ROOT / "tests" / "reference_cases.json").read_text())["rfrfr_paper"]
@@ -29,38 +29,24 @@ print(json.dumps({
 
 
 @pytest.fixture(scope="module")
-def executed():
-    """The paper's notebook with its outputs, and a cell more that prints what it has computed."""
-    notebook = nbformat.read(ROOT / "notebooks" / "paper.ipynb", as_version=4)
-    notebook.cells.append(nbformat.v4.new_code_cell(_ASKED))
-    with pytest.MonkeyPatch.context() as environment:
-        environment.setenv("MPLBACKEND", "agg")
-        cache = jax.config.jax_compilation_cache_dir
-        if cache:
-            environment.setenv("JAX_COMPILATION_CACHE_DIR", str(cache))
-        client = nbclient.NotebookClient(
-            notebook,
-            timeout=300,
-            kernel_name="python3",
-            resources={"metadata": {"path": str(ROOT / "notebooks")}},
-        )
-        client.execute()
-    return notebook
+def notebook():
+    return executed("paper.ipynb", _ASKED)
 
 
 @pytest.fixture(scope="module")
-def numbers(executed):
-    return json.loads(executed.cells[-1].outputs[0].text)
+def numbers(notebook):
+    return json.loads(notebook.cells[-1].outputs[0].text)
 
 
-def test_no_cell_fails(executed):
-    code = [cell for cell in executed.cells if cell.cell_type == "code"]
+def test_no_cell_fails(notebook):
+    code = [cell for cell in notebook.cells if cell.cell_type == "code"]
     assert all(cell.execution_count for cell in code)
     assert not [o for cell in code for o in cell.outputs if o.output_type == "error"]
 
 
-def test_stored_without_outputs():
-    notebook = nbformat.read(ROOT / "notebooks" / "paper.ipynb", as_version=4)
+@pytest.mark.parametrize("path", sorted(NOTEBOOKS.glob("*.ipynb")), ids=lambda path: path.stem)
+def test_stored_without_outputs(path):
+    notebook = nbformat.read(path, as_version=4)
     nbformat.validate(notebook)
     assert not any(cell.get("outputs") or cell.get("execution_count") for cell in notebook.cells)
 

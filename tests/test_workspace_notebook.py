@@ -1,15 +1,10 @@
 """The workspace notebook runs from top to bottom, and ends with the right numbers."""
 
 import json
-import pathlib
 
-import jax
-import nbclient
-import nbformat
 import pytest
 
-ROOT = pathlib.Path(__file__).parents[1]
-NOTEBOOK = ROOT / "notebooks" / "workspace.ipynb"
+from tests.notebook_runner import executed
 
 _ASKED = """
 import json
@@ -28,22 +23,7 @@ print(json.dumps({
 
 @pytest.fixture(scope="module")
 def numbers():
-    notebook = nbformat.read(NOTEBOOK, as_version=4)
-    nbformat.validate(notebook)
-    assert not any(cell.get("outputs") or cell.get("execution_count") for cell in notebook.cells)
-    notebook.cells.append(nbformat.v4.new_code_cell(_ASKED))
-    with pytest.MonkeyPatch.context() as environment:
-        environment.setenv("MPLBACKEND", "agg")
-        cache = jax.config.jax_compilation_cache_dir
-        if cache:
-            environment.setenv("JAX_COMPILATION_CACHE_DIR", str(cache))
-        nbclient.NotebookClient(
-            notebook,
-            timeout=300,
-            kernel_name="python3",
-            resources={"metadata": {"path": str(ROOT / "notebooks")}},
-        ).execute()
-    return json.loads(notebook.cells[-1].outputs[0].text)
+    return json.loads(executed("workspace.ipynb", _ASKED).cells[-1].outputs[0].text)
 
 
 def test_stability_is_lost_where_the_stiffness_is(numbers):

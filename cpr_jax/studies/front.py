@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
 
+from ..errors import InputError
 from ..robots.robot import Robot
 from ..statics.advance import DEVIATION, Nearby, advance, creep
 from ..statics.problem import inverse_rows
@@ -77,7 +78,7 @@ class Front:
         goal = self.grid.points[cell]
         found = self._run(creep, seed[None], self.grid.targets(begin[None]), goal[None])
         if found.status[0] != Status.SOLVED:
-            raise ValueError(
+            raise InputError(
                 "Argument `seed` must lie beside the grid, but the branch does not reach its "
                 f"nearest cell {goal.tolist()}: {Status(int(found.status[0])).message}."
             )
@@ -220,7 +221,7 @@ class Front:
         parts = in_parallel(batch, range(0, len(points), LANES))
         return Nearby(*(np.concatenate(leaf)[: len(points)] for leaf in zip(*parts, strict=True)))
 
-    def seam(self) -> tuple[Bool[np.ndarray, "n_0 n_1"], int]:
+    def seam(self) -> Bool[np.ndarray, "n_0 n_1"]:
         """Cells beside a neighbour that the branch does not lead to directly.
 
         Where a branch overlaps itself, as it does behind a cusp of its folds, a map of one value
@@ -248,4 +249,4 @@ class Front:
             elsewhere = (found.status == Status.SOLVED) & apart
             for cells in (source[elsewhere], goal[elsewhere]):
                 seam[tuple(cells.T)] = True
-        return seam[self.inner], len(doubtful)
+        return seam[self.inner]

@@ -125,21 +125,26 @@ def workspace_map(
         )
     selection = select(robot, parameters)
     half_ranges = ranges(robot, selection, delta)
-    if seed is None and robot.home is None:
+    if seed is not None:
+        if int(seed.status) != Status.SOLVED:
+            reason = Status(int(seed.status)).name
+            raise InputError(f"Argument `seed` must be solved, but its status is {reason}.")
+        start = seed.q_p
+    elif robot.home is not None:
+        start = robot.home.q_p
+    else:
         raise InputError("Argument `seed` must be given for a robot without a home configuration.")
-    plane = _axes(robot, axes)
-    ahead = compile_ahead(robot, selection, half_ranges, plane, steps, coarse(steps), _CHUNK)
-    if seed is None:
-        assert robot.home is not None
-        seed = solve_inverse(robot, robot.home.q_p, steps=steps)
-    if int(seed.status) != Status.SOLVED:
-        raise InputError(
-            f"Argument `seed` must be solved, but its status is {Status(int(seed.status)).name}."
-        )
-    for thread in ahead:
-        thread.join()
     step = float(jnp.mean(robot.legs.rod.length)) / 100.0 if spacing is None else float(spacing)
     corners = None if box is None else np.asarray(box, float)
+    # Made once before anything is computed, so that mistakes are named at once.
+    grid = make_grid(robot, np.asarray(start), step, corners, axes)
+    ahead = compile_ahead(robot, selection, half_ranges, grid.axes, steps, coarse(steps), _CHUNK)
+    try:
+        if seed is None:
+            seed = solve_inverse(robot, start, steps=steps)
+    finally:
+        for thread in ahead:
+            thread.join()
     if symmetry is None:
         symmetry = box is None and is_mirror_symmetric(robot, seed, coarse(steps))
     grid = make_grid(robot, np.asarray(seed.q_p), step, corners, axes, symmetry)
@@ -163,10 +168,6 @@ def workspace_map(
 def coarse(steps: int) -> int:
     """Steps that find the cells; each is polished with all steps when it is looked at."""
     return max(2, (steps + 1) // 2)
-
-
-def _axes(robot: Robot, names: tuple[str, str] | None) -> tuple[int, int]:
-    return make_grid(robot, np.zeros(robot.n_p), 1.0, np.array([[0, 0], [9, 9]]), names).axes
 
 
 def _configuration(robot, seed, grid, selection, delta, limits, steps) -> dict[str, Any]:
@@ -211,9 +212,9 @@ def _map(
     units = np.asarray(unknown_scales(robot))
     front = Front(robot, grid, np.asarray(seed.y) / units, coarse(steps))
     front = _followed(front, parts, bar)
-    solved = front.solved[front.inner]
+    solved = front.solved[front.inner].copy()
     y = front.y[front.inner] * units
-    seam, _ = front.seam()
+    seam = front.seam()
     cells = _looked_at(robot, selection, delta, y[solved], steps, parts, bar)
 
     status = np.full(grid.shape, int(Status.BEYOND_FOLD), np.int8)
@@ -221,10 +222,13 @@ def _map(
     targets = grid.targets(grid.points.reshape(-1, 2))
     far = out_of_reach(robot, targets[:, robot.n_a :]).reshape(grid.shape)
     status[far] = Status.OUT_OF_REACH
-    status[solved] = np.where(cells.residual < TOLERANCE, Status.SOLVED, Status.NOT_CONVERGED)
+    # What polishing does not bring below the tolerance is no solution, and does not look like one.
+    polished = cells.residual < TOLERANCE
+    status[solved] = np.where(polished, Status.SOLVED, Status.NOT_CONVERGED)
+    solved[solved] = polished
+    cells = Cell(*(leaf[polished] for leaf in cells))
     if limits is not None:
-        beyond = limits.beyond(cells)
-        status[solved] = np.where(beyond, Status.BEYOND_LIMITS, status[solved])
+        status[solved] = np.where(limits.beyond(cells), Status.BEYOND_LIMITS, Status.SOLVED)
     lines = _lines(robot, grid, y, solved, cells, steps)
     bar.update(bar.total - bar.n)
     return map_dataset(robot, grid, selection, delta, status, solved, seam, cells, lines)

@@ -165,3 +165,14 @@ def test_the_dataset_is_labelled_and_survives_a_file(mapped, tmp_path):
 def test_mistakes_are_named(robot, options, field):
     with pytest.raises(InputError, match=field):
         workspace_map(robot, **options)
+
+
+def test_what_polishing_does_not_mend_is_no_solution(robot, monkeypatch):
+    """With a tolerance that nothing meets, no cell is called solved and none has numbers."""
+    import cpr_jax.studies.workspace as workspace
+
+    monkeypatch.setattr(workspace, "TOLERANCE", 0.0)
+    dataset = workspace_map(robot, spacing=0.02, box=((0.0, 0.18), (0.06, 0.24)))
+    assert np.all(dataset["status"].values == Status.NOT_CONVERGED)
+    assert np.all(np.isnan(dataset["semi_axis_max"].values))
+    assert np.all(dataset["index"].values == -1)
