@@ -94,8 +94,13 @@ def make_grid(
         )
     if mirror:
         corners = np.array([[0.0, corners[0, 1]], corners[1]])
-    first = np.ceil(corners[0] / spacing - 1e-9).astype(int)
-    last = np.floor(corners[1] / spacing + 1e-9).astype(int)
+    # A box of the user is kept to; one of all within reach is to hold the edge of the workspace.
+    inward = 1.0 if box is not None else -1.0
+    low, high = corners / spacing + 1e-9 * inward * np.array([[-1.0], [1.0]])
+    first, last = (
+        (np.ceil(low), np.floor(high)) if box is not None else (np.floor(low), np.ceil(high))
+    )
+    first, last = first.astype(int), last.astype(int)
     if np.any(last - first < 2):
         raise InputError(
             "Argument `box` must be at least two spacings wide, but its corners are "
