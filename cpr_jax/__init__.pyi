@@ -17,6 +17,7 @@ from .plotting.clouds import plot_clouds as plot_clouds
 from .plotting.robot import plot_robot as plot_robot
 from .plotting.workspace import plot_ellipses as plot_ellipses
 from .plotting.workspace import plot_map as plot_map
+from .programs import use_cache as use_cache
 from .robots.catalogue import rfrfr as rfrfr
 from .robots.catalogue import rfrfr_straight as rfrfr_straight
 from .robots.catalogue import three_rfr as three_rfr

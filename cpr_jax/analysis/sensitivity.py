@@ -9,6 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..errors import InputError
+from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS, rod_shape
 from ..statics.equilibrium import Equilibrium
@@ -146,7 +147,7 @@ def sensitivity(
     )
 
 
-@eqx.filter_jit
+@program
 def _linearise(robot, y, selection: Selection, steps: int):
     """Π_y by (10) in its conforming order, `-(∂R/∂y)⁻¹ ∂R/∂ρ`, and what hangs on it."""
     units = unknown_scales(robot)
@@ -234,7 +235,7 @@ def leg_sensitivity(
     return LegSensitivity(s=s, Pi=Pi, rows=rows, columns=selection.labels)
 
 
-@eqx.filter_jit
+@program
 def _along_leg(robot, y, selection: Selection, leg: int, steps: int):
     geometry = robot.geometry
     state = unravel(robot, y)

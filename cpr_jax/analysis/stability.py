@@ -6,6 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from ..geometry import AbstractGeometry, Components
+from ..programs import program
 from ..robots.leg import Leg
 from ..robots.robot import Robot
 from ..rods.equations import RodState
@@ -59,7 +60,7 @@ def stability(robot: Robot, equilibrium: Equilibrium, steps: int = DEFAULT_STEPS
     return _stability(robot, equilibrium.y, steps)
 
 
-@eqx.filter_jit
+@program
 def _stability(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Stability:
     return count_unstable(robot, y, steps)
 

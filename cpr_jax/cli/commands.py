@@ -2,7 +2,6 @@
 
 import json
 import os
-import pathlib
 import sys
 
 import jax
@@ -10,6 +9,7 @@ import numpy as np
 
 from ..analysis.ellipsoid import ellipsoid
 from ..analysis.sensitivity import sensitivity as analyse
+from ..programs import use_cache
 from ..robots import catalogue
 from ..robots.files import robot_from_specification
 from ..robots.names import CatalogueEntry
@@ -30,12 +30,9 @@ class NoSolution(Exception):
 def start_jax() -> None:
     """float64, and compiled programs kept between runs (`CPR_JAX_CACHE`, empty for none)."""
     jax.config.update("jax_enable_x64", True)
-    default = pathlib.Path(os.environ.get("XDG_CACHE_HOME", "~/.cache")).expanduser() / "cpr_jax"
-    folder = os.environ.get("CPR_JAX_CACHE", str(default))
-    if folder:
-        jax.config.update("jax_compilation_cache_dir", folder)
-        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
-        jax.config.update("jax_persistent_cache_min_entry_size_bytes", 0)
+    folder = os.environ.get("CPR_JAX_CACHE")
+    if folder != "":
+        use_cache(folder)
 
 
 def solve(request: Request, as_json: bool) -> int:

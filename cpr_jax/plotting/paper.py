@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ..atomic import write_atomically
 from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium
 from ..studies.paper import POINTS, CaseStudy, case_study
@@ -18,7 +19,6 @@ from ..studies.results import (
     samples_dataset,
     save_dataset,
     versions,
-    write_atomically,
 )
 from .clouds import plot_clouds
 from .robot import plot_robot

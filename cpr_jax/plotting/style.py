@@ -9,7 +9,7 @@ import matplotlib
 import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 
-from ..studies.results import write_atomically
+from ..atomic import write_atomically
 
 COLUMN = 3.5
 """Width of a journal's column, inches."""

@@ -1,6 +1,5 @@
 """Robot files: TOML with units to robots, and back."""
 
-import contextlib
 import dataclasses
 import os
 import tomllib
@@ -11,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..atomic import write_atomically
 from ..geometry import PLANE, SPACE, AbstractGeometry
 from ..rods.rod import Rod, kirchhoff_rod, section_rod
 from ..rods.section import Material, circle, rectangle
@@ -139,25 +139,10 @@ def save_robot(robot: Robot, path: str | os.PathLike[str]) -> None:
         # What one of the two lacks is an effect that is left out, the same as zero.
         if not np.all(before.get(place, 0.0) == after.get(place, 0.0)):
             raise inexpressible(f"its `{place.lstrip('.')}` is out of the ordinary")
-    _write_atomically(os.fsdecode(path), text)
+    content = text.encode()
+    write_atomically(os.fsdecode(path), lambda file: file.write_bytes(content))
 
 
 def _numbers(robot: Robot) -> dict[str, np.ndarray]:
     leaves, _ = jax.tree_util.tree_flatten_with_path(robot)
     return {jax.tree_util.keystr(path): np.asarray(leaf) for path, leaf in leaves}
-
-
-def _write_atomically(path: str, text: str) -> None:
-    """Writes a file under a temporary name beside its own, syncs it, then renames it."""
-    folder, name = os.path.split(path)
-    temporary = os.path.join(folder, f".{name}.{os.getpid()}.part")
-    try:
-        with open(temporary, "w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(temporary, path)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            os.remove(temporary)
-        raise

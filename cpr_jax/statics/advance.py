@@ -2,12 +2,12 @@
 
 from typing import NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from .continuation import follow
@@ -44,7 +44,7 @@ class Nearby(NamedTuple):
     status: Int[Array | np.ndarray, "*lanes"]
 
 
-@eqx.filter_jit
+@program
 def advance(
     robot: Robot,
     imposed: Float[Array, "n_a n_q"],
@@ -87,7 +87,7 @@ def advance(
     return jax.vmap(one)(guess, goal)
 
 
-@eqx.filter_jit
+@program
 def creep(
     robot: Robot,
     imposed: Float[Array, "n_a n_q"],

@@ -10,6 +10,7 @@ from jaxtyping import Array, Float, Int
 
 from ..errors import InputError
 from ..geometry import Numbers
+from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from .guess import assemble, detours, fitted, move, search
@@ -150,7 +151,7 @@ def straight(robot, start, goal):
     return jnp.stack([0.5 * (start[:n_q] + goal), goal])
 
 
-@eqx.filter_jit
+@program
 def polish(robot, imposed, target, reached, branch, steps):
     """The equilibrium at the end of a track, with its derivatives and its measures."""
     guess = jnp.where(reached.status == Status.SOLVED, reached.y, jnp.nan)

@@ -2,13 +2,13 @@
 
 from typing import NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 from scipy.stats import qmc
 
+from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from .continuation import Track, follow
@@ -22,7 +22,7 @@ SEARCH_STARTS = 64
 """Starts of a systematic search, a power of two."""
 
 
-@eqx.filter_jit
+@program
 def follow_path(
     robot: Robot,
     imposed: Float[Array, "n_a n_q"],
@@ -82,7 +82,7 @@ def move(
     return follow_path(robot, imposed, start, path, steps)
 
 
-@eqx.filter_jit
+@program
 def fitted(robot: Robot, y: Float[Array, " n_y"], steps: int = DEFAULT_STEPS) -> Array:
     """Unknowns of a robot with other numbers, their wrenches scaled to where least is missing.
 
@@ -179,7 +179,7 @@ class _Found(NamedTuple):
         return self.track.status
 
 
-@eqx.filter_jit
+@program
 def _assemble_and_move(robot, imposed, starts, goal, steps):
     n_q = robot.n_a + robot.n_p
 

@@ -2,11 +2,11 @@
 
 from typing import NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..programs import program
 from ..robots.robot import Robot
 from ..rods.equations import RodState
 from ..rods.integration import rod_shape
@@ -37,7 +37,7 @@ def shape(robot: Robot, equilibrium: Equilibrium, points: int = 51) -> Shape:
     return _shape(robot, equilibrium.y, points)
 
 
-@eqx.filter_jit
+@program
 def _shape(robot: Robot, y: Float[Array, " n_y"], points: int) -> Shape:
     geometry = robot.geometry
     state = unravel(robot, y)

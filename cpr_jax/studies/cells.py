@@ -2,7 +2,6 @@
 
 from typing import NamedTuple, TypeAlias
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import jaxtyping
@@ -11,6 +10,7 @@ from jaxtyping import Float, Int
 
 from ..analysis.parameters import Selection
 from ..analysis.stability import count_unstable
+from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import rod_shape
 from ..statics.linear import inverse_with_sign, norm_2, row_axes
@@ -56,7 +56,7 @@ class Cell(NamedTuple):
     residual: Float[Array, ""]
 
 
-@eqx.filter_jit
+@program
 def look_at_cells(
     robot: Robot,
     selection: Selection,

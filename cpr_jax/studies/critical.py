@@ -2,7 +2,6 @@
 
 from typing import NamedTuple
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
@@ -10,6 +9,7 @@ from jaxtyping import Float
 from ..analysis.parameters import Selection, select
 from ..analysis.stability import count_unstable
 from ..errors import InputError
+from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium
@@ -107,7 +107,7 @@ def critical_value(
     return CriticalValue(float("nan"), before, before, y)
 
 
-@eqx.filter_jit
+@program
 def _look(robot: Robot, selection: Selection, held, value, y, steps: int):
     varied = selection.set(robot, value)
     root = find_root(Problem(varied, forward_rows(varied), held), y, steps=steps)

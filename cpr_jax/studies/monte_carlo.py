@@ -16,6 +16,7 @@ from ..analysis.ellipsoid import Ellipsoid, ellipsoid
 from ..analysis.parameters import Selection, ranges, select
 from ..analysis.sensitivity import Sensitivity, sensitivity
 from ..errors import InputError
+from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.continuation import follow
@@ -274,12 +275,12 @@ def _solve_chunk(study: _Study, options: _Options, seed: int, start: int):
     return _Chunk(rho, q_p, status, inside), doubtful
 
 
-@eqx.filter_jit
+@program
 def _contains(ellipse: Ellipsoid, q_p):
     return ellipse.contains(q_p[:, : ellipse.center.size])
 
 
-@eqx.filter_jit
+@program
 def _draw_all(distribution: Distribution, delta, seed, start) -> Float[Array, "chunk n_rho"]:
     """Random `Δρ` of a chunk; each sample has a key of its own, by its number."""
     key = jax.random.key(seed)
@@ -307,7 +308,7 @@ def _problem(study: _Study, solving: _Solving, rho) -> Problem:
     return Problem(robot, forward_rows(robot), target)
 
 
-@eqx.filter_jit
+@program
 def _predict_and_solve(study: _Study, solving: _Solving, draws):
     units = unknown_scales(study.robot)
 
@@ -341,7 +342,7 @@ def _predict_and_solve(study: _Study, solving: _Solving, draws):
     return jax.vmap(one)(draws)
 
 
-@eqx.filter_jit
+@program
 def _follow_all(study: _Study, solving: _Solving, targets):
     units = unknown_scales(study.robot)
 

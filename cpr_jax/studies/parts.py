@@ -9,8 +9,8 @@ from typing import Any
 import jax
 import numpy as np
 
+from ..atomic import write_atomically
 from ..errors import InputError
-from .results import write_atomically
 
 
 class Parts:

@@ -4,13 +4,13 @@ import importlib.metadata
 import json
 import os
 import pathlib
-import tempfile
 from collections.abc import Callable, Sequence
 
 import jax
 import numpy as np
 import xarray as xr
 
+from ..atomic import write_atomically
 from ..statics.status import Status
 from .monte_carlo import MonteCarlo
 
@@ -87,34 +87,6 @@ def samples_dataset(
         attrs={"versions": json.dumps(versions()), "convention": "SI units, world axes"},
     )
     return dataset
-
-
-def write_atomically(
-    path: str | os.PathLike,
-    write: Callable[[pathlib.Path], object],
-    scratch: pathlib.Path | None = None,
-) -> None:
-    """Writes a file through a temporary name: it is whole, or it is not there.
-
-    **Arguments:**
-
-    - `write`: called with the temporary path, which has the same ending.
-    - `scratch`: folder of the temporary file, on the same disk; by default that of the file.
-    """
-    target = pathlib.Path(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    folder = scratch or target.parent
-    handle, name = tempfile.mkstemp(prefix=".", suffix=target.suffix, dir=folder)
-    os.close(handle)
-    temporary = pathlib.Path(name)
-    try:
-        write(temporary)
-        with open(temporary, "rb") as stream:
-            os.fsync(stream.fileno())
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, target)
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def save_dataset(

@@ -1,0 +1,206 @@
+"""Programs that outlive a process: what was traced and compiled once is not again.
+
+JAX's own persistent cache spares the compilation of a program, but not its tracing, which takes
+longer than most runs. Here a program is kept as `jax.export` serialises it, under a name made
+from everything it was traced from: the function, the package's source, the versions of what it
+stands on, and the types and static values of its arguments.
+"""
+
+import contextlib
+import functools
+import hashlib
+import importlib.metadata
+import io
+import os
+import pathlib
+import pickle
+import threading
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
+
+import equinox as eqx
+import jax
+from jax import export
+
+from .atomic import write_atomically
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+_UNDER = ("jax", "jaxlib", "equinox", "diffrax", "optimistix", "lineax", "numpy", "scipy")
+"""Distributions that a traced program depends on."""
+
+_folder: pathlib.Path | None = None
+
+
+def use_cache(folder: str | os.PathLike | None = None) -> pathlib.Path:
+    """Keeps compiled programs in a folder, so that later processes start at once.
+
+    Call it before the first solve. The command line does; `CPR_JAX_CACHE` is its folder.
+
+    **Arguments:**
+
+    - `folder`: by default `cpr_jax` in `XDG_CACHE_HOME` or `~/.cache`. Like any cache of
+        compiled programs it must be yours alone to write: what lies in it is executed.
+
+    **Returns:** the folder.
+    """
+    global _folder
+    if folder is None:
+        home = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
+        folder = pathlib.Path(home).expanduser() / "cpr_jax"
+    _folder = pathlib.Path(folder)
+    jax.config.update("jax_compilation_cache_dir", str(_folder))
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    jax.config.update("jax_persistent_cache_min_entry_size_bytes", 0)
+    return _folder
+
+
+class _Loaded(NamedTuple):
+    call: Callable[..., Any]
+    outline: Any
+
+
+class _Slot(NamedTuple):
+    """Stands for the array of this number in a tree whose other leaves are Python values."""
+
+    number: int
+
+
+class _Program:
+    """A function of pytrees; see `program`."""
+
+    def __init__(self, function: Callable[..., Any]):
+        functools.update_wrapper(self, function)
+        self._function = function
+        self._jitted = eqx.filter_jit(function)
+        self.lower: Callable[..., Any] = self._jitted.lower  # type: ignore[attr-defined]
+        self._known: dict[Any, _Loaded | None] = {}
+        self._lock = threading.Lock()
+        self._busy: dict[Any, threading.Lock] = {}
+
+    def __call__(self, *args, **kwargs):
+        if _folder is None:
+            return self._jitted(*args, **kwargs)
+        leaves, structure = jax.tree.flatten((args, kwargs))
+        arrays = [leaf for leaf in leaves if eqx.is_array(leaf)]
+        if not all(_plain(leaf) for leaf in arrays):
+            return self._jitted(*args, **kwargs)
+        rest = tuple(_type_of(x) if eqx.is_array(x) else (type(x), x) for x in leaves)
+        key = (structure, rest, bool(jax.config.read("jax_enable_x64")), _folder)
+        loaded = self._load(key, args, kwargs)
+        if loaded is None:
+            return self._jitted(*args, **kwargs)
+        return _filled(loaded.outline, loaded.call(*arrays))
+
+    def _load(self, key, args, kwargs) -> _Loaded | None:
+        if key in self._known:
+            return self._known[key]
+        with self._lock:
+            busy = self._busy.setdefault(key, threading.Lock())
+        # One thread makes a program, another that wants the same one waits for it.
+        with busy:
+            if key not in self._known:
+                self._known[key] = self._find_or_make(args, kwargs)
+        return self._known[key]
+
+    def _find_or_make(self, args, kwargs) -> _Loaded | None:
+        name = self._name(args, kwargs)
+        if name is None or _folder is None:
+            return None
+        file = _folder / "programs" / name
+        try:
+            exported, outline = pickle.loads(file.read_bytes())
+        except Exception:  # whatever is wrong with a file, the program can be made again
+            made = self._make(args, kwargs)
+            if made is None:
+                return None
+            exported, outline = made
+            content = pickle.dumps(made)
+            # A cache that cannot be written costs time, nothing else.
+            with contextlib.suppress(OSError):
+                write_atomically(file, lambda part: part.write_bytes(content))
+        return _Loaded(jax.jit(export.deserialize(bytearray(exported)).call), outline)
+
+    def _make(self, args, kwargs) -> tuple[bytes, Any] | None:
+        """The program and the outline of what it returns, or `None` if it cannot be kept."""
+        dynamic, static = eqx.partition((args, kwargs), eqx.is_array)
+        outlines = []
+
+        def flat(*leaves):
+            moving = jax.tree.unflatten(jax.tree.structure(dynamic), leaves)
+            args, kwargs = eqx.combine(moving, static)
+            arrays, outline = _outlined(self._function(*args, **kwargs))
+            outlines.append(outline)
+            return arrays
+
+        flat.__name__ = self._function.__name__
+        exported = export.export(jax.jit(flat))(*jax.tree.leaves(dynamic))
+        try:
+            pickle.dumps(outlines[-1])
+            return bytes(exported.serialize()), outlines[-1]
+        except (pickle.PicklingError, AttributeError, TypeError, NotImplementedError):
+            return None
+
+    def _name(self, args, kwargs) -> str | None:
+        """Of a program's file: a digest of all that it is made from."""
+        arrays, outline = _outlined((args, kwargs))
+        stream = io.BytesIO()
+        try:
+            pickle.dump(outline, stream)
+        except (pickle.PicklingError, AttributeError, TypeError):
+            return None
+        parts = [
+            f"{self._function.__module__}.{self._function.__qualname__}",
+            _foundation(),
+            jax.default_backend(),
+            str(jax.config.read("jax_enable_x64")),
+            *(str(_type_of(leaf)) for leaf in arrays),
+        ]
+        digest = hashlib.sha256("\n".join(parts).encode() + b"\n" + stream.getvalue())
+        return f"{self._function.__name__}-{digest.hexdigest()[:32]}"
+
+
+def program(function: _Function) -> _Function:
+    """As `equinox.filter_jit`: arrays are traced, everything else is static.
+
+    After `use_cache` its programs are also read from, and written to, the folder of the cache.
+    Under `jax.jit`, `jax.vmap` or a derivative it is part of the surrounding program as usual.
+    """
+    return _Program(function)  # type: ignore[return-value]
+
+
+def _plain(leaf) -> bool:
+    """Whether an array has values, on one device."""
+    if isinstance(leaf, jax.core.Tracer):
+        return False
+    return not isinstance(leaf, jax.Array) or len(leaf.sharding.device_set) == 1
+
+
+def _type_of(leaf) -> tuple:
+    return leaf.shape, str(leaf.dtype), bool(getattr(leaf, "weak_type", False))
+
+
+def _outlined(tree) -> tuple[list[jax.Array], Any]:
+    arrays = [leaf for leaf in jax.tree.leaves(tree) if eqx.is_array(leaf)]
+    numbers = iter(range(len(arrays)))
+    outline = jax.tree.map(lambda x: _Slot(next(numbers)) if eqx.is_array(x) else x, tree)
+    return arrays, outline
+
+
+def _filled(outline, arrays):
+    def fill(leaf):
+        return arrays[leaf.number] if isinstance(leaf, _Slot) else leaf
+
+    return jax.tree.map(fill, outline, is_leaf=lambda leaf: isinstance(leaf, _Slot))
+
+
+@functools.cache
+def _foundation() -> str:
+    """Digest of the package's source and of the versions that it stands on."""
+    digest = hashlib.sha256()
+    root = pathlib.Path(__file__).parent
+    for file in sorted(root.rglob("*.py")):
+        digest.update(str(file.relative_to(root)).encode() + file.read_bytes())
+    for name in _UNDER:
+        digest.update(f"{name} {importlib.metadata.version(name)}\n".encode())
+    return digest.hexdigest()

@@ -1,0 +1,155 @@
+"""Programs kept on disk: the same answers, and nothing traced twice."""
+
+import subprocess
+import sys
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from cpr_jax import programs
+from cpr_jax.programs import program
+
+
+class Answer(NamedTuple):
+    doubled: jax.Array
+    note: str
+    nothing: None
+
+
+def counted(traces: list):
+    """A program that notes each of its traces."""
+
+    @program
+    def double(tree, factor=2):
+        traces.append(factor)
+        return Answer(factor * tree["x"] + tree["y"], f"by {factor}", None)
+
+    return double
+
+
+TREE = {"x": jnp.arange(3.0), "y": jnp.ones(())}
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    # Not `use_cache`: the folder of JAX's own cache is that of the whole process.
+    monkeypatch.setattr(programs, "_folder", tmp_path)
+    return tmp_path
+
+
+def files(folder):
+    return sorted((folder / "programs").iterdir())
+
+
+def test_a_kept_program_is_not_traced_again(folder):
+    traces: list = []
+    first = counted(traces)(TREE)
+    again = counted(traces)(TREE)
+    assert traces == [2]
+    assert len(files(folder)) == 1
+    assert again.note == "by 2" and again.nothing is None
+    np.testing.assert_array_equal(again.doubled, first.doubled)
+    np.testing.assert_array_equal(again.doubled, [1.0, 3.0, 5.0])
+
+
+def test_one_process_makes_a_program_once():
+    traces: list = []
+    double = counted(traces)
+    for _ in range(3):
+        double(TREE)
+    double({"x": np.arange(3.0), "y": np.ones(())})
+    assert traces == [2]
+
+
+def test_every_difference_that_matters_makes_another_program(folder):
+    traces: list = []
+    double = counted(traces)
+    for factor in (1, 1.0, True, 3):
+        answer = double(TREE, factor)
+        assert answer.note == f"by {factor}"
+    double({"x": jnp.arange(4.0), "y": jnp.ones(())})
+    double({"x": jnp.arange(3), "y": jnp.ones(())})
+    double({"x": 5.0, "y": jnp.ones(())})
+    assert len(traces) == 7
+    assert len(files(folder)) == 7
+
+
+def test_other_source_makes_another_program(monkeypatch, folder):
+    traces: list = []
+    counted(traces)(TREE)
+    monkeypatch.setattr(programs, "_foundation", lambda: "another version")
+    counted(traces)(TREE)
+    assert len(traces) == 2
+
+
+@pytest.mark.parametrize("content", [b"", b"garbage", None])
+def test_a_damaged_file_is_made_anew(folder, content):
+    traces: list = []
+    counted(traces)(TREE)
+    (file,) = files(folder)
+    file.write_bytes(file.read_bytes()[:-20] if content is None else content)
+    np.testing.assert_array_equal(counted(traces)(TREE).doubled, [1.0, 3.0, 5.0])
+    counted(traces)(TREE)
+    assert len(traces) == 2
+
+
+def test_a_folder_that_cannot_be_written_costs_nothing_else(monkeypatch, tmp_path):
+    blocked = tmp_path / "file"
+    blocked.write_text("not a folder")
+    monkeypatch.setattr(programs, "_folder", blocked)
+    np.testing.assert_array_equal(counted([])(TREE).doubled, [1.0, 3.0, 5.0])
+
+
+def test_a_static_without_a_name_is_not_kept(folder):
+    @program
+    def apply(function, x):
+        return function(x)
+
+    assert float(apply(lambda x: x + 1.0, jnp.ones(()))) == 2.0
+    assert not (folder / "programs").exists()
+
+
+def test_transformations_see_the_function_itself(folder):
+    double = counted([])
+
+    def doubled(x):
+        return double({"x": x, "y": jnp.ones(())}).doubled
+
+    x = jnp.arange(3.0)
+    np.testing.assert_array_equal(jax.jit(doubled)(x), [1.0, 3.0, 5.0])
+    np.testing.assert_array_equal(jax.vmap(doubled)(x), [1.0, 3.0, 5.0])
+    np.testing.assert_array_equal(jax.jacfwd(doubled)(x), 2.0 * np.eye(3))
+    assert not (folder / "programs").exists()
+
+
+SOLVE = """
+import sys
+import jax
+import cpr_jax as cpr
+from cpr_jax import programs
+
+jax.config.update("jax_enable_x64", True)
+cpr.use_cache(sys.argv[1])
+made = []
+make = programs._Program._make
+programs._Program._make = lambda self, *rest: made.append(self.__name__) or make(self, *rest)
+robot = cpr.rfrfr()
+equilibrium = cpr.solve_inverse(robot, (0.05, 0.15))
+result = cpr.sensitivity(robot, equilibrium)
+print(len(made), equilibrium.y.tolist(), result.Pi_p.tolist(), sep="|")
+"""
+
+
+def test_a_second_process_starts_from_the_first(tmp_path):
+    runs = [
+        subprocess.run(
+            [sys.executable, "-c", SOLVE, str(tmp_path)], capture_output=True, text=True, check=True
+        ).stdout.split("|")
+        for _ in range(2)
+    ]
+    assert int(runs[0][0]) > 0
+    assert int(runs[1][0]) == 0
+    assert runs[0][1:] == runs[1][1:]
