@@ -9,7 +9,7 @@ import jax
 jax.config.update("jax_enable_x64", True)
 
 from cpr_jax.atomic import write_atomically  # noqa: E402
-from cpr_jax.studies.results import plain  # noqa: E402
+from cpr_jax.plain import plain  # noqa: E402
 
 from .monte_carlo import REQUIRED, Outcome, run  # noqa: E402
 from .timing import environment  # noqa: E402

@@ -83,10 +83,11 @@ class _Program:
             return self._jitted(*args, **kwargs)
         leaves, structure = jax.tree.flatten((args, kwargs))
         arrays = [leaf for leaf in leaves if eqx.is_array(leaf)]
-        if not all(_plain(leaf) for leaf in arrays):
+        devices = _devices(arrays)
+        if devices is None:
             return self._jitted(*args, **kwargs)
         rest = tuple(_type_of(x) if eqx.is_array(x) else (type(x), x) for x in leaves)
-        key = (structure, rest, bool(jax.config.read("jax_enable_x64")), _folder)
+        key = (structure, rest, devices, bool(jax.config.read("jax_enable_x64")), _folder)
         loaded = self._load(key, args, kwargs)
         if loaded is None:
             return self._jitted(*args, **kwargs)
@@ -119,7 +120,10 @@ class _Program:
             # A cache that cannot be written costs time, nothing else.
             with contextlib.suppress(OSError):
                 write_atomically(file, lambda part: part.write_bytes(content))
-        return _Loaded(jax.jit(export.deserialize(bytearray(exported)).call), outline)
+        call = jax.jit(export.deserialize(bytearray(exported)).call)
+        arrays, _ = _outlined((args, kwargs))
+        # Compiled here: a jitted call would compile once more for arrays that come from another.
+        return _Loaded(call.lower(*arrays).compile(), outline)
 
     def _make(self, args, kwargs) -> tuple[bytes, Any] | None:
         """The program and the outline of what it returns, or `None` if it cannot be kept."""
@@ -169,11 +173,13 @@ def program(function: _Function) -> _Function:
     return _Program(function)  # type: ignore[return-value]
 
 
-def _plain(leaf) -> bool:
-    """Whether an array has values, on one device."""
-    if isinstance(leaf, jax.core.Tracer):
-        return False
-    return not isinstance(leaf, jax.Array) or len(leaf.sharding.device_set) == 1
+def _devices(arrays) -> frozenset | None:
+    """Where arrays lie; `None` if they have no values yet or lie on several devices."""
+    if any(isinstance(array, jax.core.Tracer) for array in arrays):
+        return None
+    found = [array.sharding.device_set for array in arrays if isinstance(array, jax.Array)]
+    devices = frozenset().union(*found)
+    return devices if len(devices) < 2 else None
 
 
 def _type_of(leaf) -> tuple:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..analysis.ellipsoid import ellipsoid
 from ..analysis.sensitivity import sensitivity as analyse
+from ..plain import plain
 from ..programs import use_cache
 from ..robots import catalogue
 from ..robots.files import robot_from_specification
@@ -18,8 +19,6 @@ from ..robots.specification import RobotSpecification
 from ..statics.equilibrium import Equilibrium, solve_forward, solve_inverse
 from ..statics.status import Status
 from ..statics.unknowns import unknown_labels, unknown_units
-from ..studies.monte_carlo import monte_carlo as sample
-from ..studies.results import plain, samples_dataset, save_dataset
 from .inputs import Request
 
 
@@ -98,6 +97,9 @@ def monte_carlo(
     as_json: bool,
 ) -> int:
     """Samples the parameters and prints the coverage of the ellipsoid."""
+    from ..studies.monte_carlo import monte_carlo as sample
+    from ..studies.results import samples_dataset, save_dataset
+
     robot, equilibrium = _equilibrium(request, as_json)
     result = sample(
         robot,

@@ -2,8 +2,11 @@
 
 import abc
 from collections.abc import Sequence
-from typing import ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
+import jax
+import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 # Vectors are tuples of scalars here: under `vmap` each component then is one contiguous
@@ -11,6 +14,17 @@ from jaxtyping import Array, ArrayLike, Float
 Components: TypeAlias = Float[Array, " k"] | Sequence[Float[Array, ""] | float]
 
 Numbers: TypeAlias = ArrayLike | Sequence[ArrayLike]
+
+
+def namespace(*values: Any) -> Any:
+    """`numpy` for numbers that are known, `jax.numpy` where a program traces one of them.
+
+    Outside of a program each operation of `jax.numpy` would be compiled by itself.
+    """
+    leaves = jax.tree.leaves(values)
+    return jnp if any(isinstance(leaf, jax.core.Tracer) for leaf in leaves) else np
+
+
 """What users may give for an array."""
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import jax.numpy as jnp
 
-from ..geometry import PLANE
+from ..geometry import PLANE, namespace
 from ..rods.rod import kirchhoff_rod
 from .joint import Joint, pivot
 from .leg import make_leg
@@ -38,7 +38,8 @@ def rfrfr(
     - `printed_moment_row`: use `m_x(l_i) = 0` at the rods' tips, as (15) is printed, instead of
         no moment at the pivot.
     """
-    stiffness = jnp.broadcast_to(jnp.asarray(k_b, float), (2,))
+    xp = namespace(k_b)
+    stiffness = xp.broadcast_to(xp.asarray(k_b, float), (2,))
     joint = pivot(PLANE)
     if printed_moment_row:
         joint = Joint(free=joint.free, lever=jnp.asarray(0.0, float))

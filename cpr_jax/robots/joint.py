@@ -2,6 +2,7 @@
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ..geometry import AbstractGeometry
@@ -27,9 +28,9 @@ class Joint(eqx.Module):
 
 
 def _joint(geometry: AbstractGeometry, translations: list[int], rotations: list[int]) -> Joint:
-    free = jnp.zeros(geometry.freedoms)
-    free = free.at[jnp.array(translations + [geometry.d + k for k in rotations], int)].set(1.0)
-    return Joint(free=free, lever=jnp.asarray(1.0, float))
+    free = np.zeros(geometry.freedoms)
+    free[translations + [geometry.d + k for k in rotations]] = 1.0
+    return Joint(free=jnp.asarray(free), lever=jnp.asarray(1.0, float))
 
 
 def pivot(geometry: AbstractGeometry) -> Joint:

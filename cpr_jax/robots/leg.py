@@ -2,9 +2,10 @@
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
-from ..geometry import AbstractGeometry, Numbers
+from ..geometry import AbstractGeometry, Numbers, namespace
 from ..rods.rod import Rod
 from .joint import Joint, pivot
 
@@ -38,12 +39,12 @@ class Leg(eqx.Module):
 
 def revolute_screw(geometry: AbstractGeometry) -> Float[Array, " freedoms"]:
     """A motor that turns about the last local axis."""
-    return jnp.zeros(geometry.freedoms).at[-1].set(1.0)
+    return jnp.asarray(np.eye(geometry.freedoms)[-1])
 
 
 def prismatic_screw(geometry: AbstractGeometry, axis: int = 0) -> Float[Array, " freedoms"]:
     """A motor that slides along a local axis."""
-    return jnp.zeros(geometry.freedoms).at[axis].set(1.0)
+    return jnp.asarray(np.eye(geometry.freedoms)[axis])
 
 
 def make_leg(
@@ -66,11 +67,16 @@ def make_leg(
     """
 
     def along_tangent(segment):
-        segment = jnp.asarray(segment, float)
-        return segment if segment.ndim else jnp.zeros(geometry.d).at[0].set(segment)
+        xp = namespace(segment)
+        segment = xp.asarray(segment, float)
+        rest = np.zeros(geometry.d - 1)
+        return jnp.asarray(segment if segment.ndim else xp.append(segment, rest))
 
     def vector(value, size):
-        return jnp.zeros(size) if value is None else jnp.asarray(value, float).reshape(size)
+        if value is None:
+            return jnp.asarray(np.zeros(size))
+        xp = namespace(value)
+        return jnp.asarray(xp.asarray(value, float).reshape(size))
 
     return Leg(
         base_position=jnp.asarray(base_position, float),

@@ -5,9 +5,10 @@ from collections.abc import Sequence
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
-from ..geometry import SPACE, AbstractGeometry, Numbers
+from ..geometry import SPACE, AbstractGeometry, Numbers, namespace
 from .leg import Leg
 
 
@@ -100,7 +101,7 @@ def make_robot(
         raise ValueError("Argument `legs` must hold at least one leg, but it is empty.")
 
     def vector(value, size):
-        return jnp.zeros(size) if value is None else jnp.asarray(value, float)
+        return jnp.asarray(np.zeros(size) if value is None else value, float)
 
     stacked = _stack(legs)
     known = None
@@ -111,8 +112,8 @@ def make_robot(
         legs=stacked,
         oriented=oriented,
         f_P=vector(f_P, geometry.d),
-        m_P=jnp.atleast_1d(vector(m_P, geometry.r)),
-        transmission=jnp.eye(len(legs)) if transmission is None else jnp.asarray(transmission),
+        m_P=vector(m_P, geometry.r).reshape(-1),
+        transmission=jnp.asarray(np.eye(len(legs)) if transmission is None else transmission),
         home=known,
         uncertainty={k: jnp.asarray(v, float) for k, v in (uncertainty or {}).items()},
         name=name,
@@ -127,8 +128,9 @@ def _stack(legs: Sequence[Leg]) -> Leg:
         present = [leaf for leaf in leaves if leaf is not None]
         if not present:
             return None
-        zero = jnp.zeros_like(present[0])
-        return jnp.stack([zero if leaf is None else leaf for leaf in leaves])
+        xp = namespace(*present)
+        zero = np.zeros(present[0].shape)
+        return jnp.asarray(xp.stack([zero if leaf is None else leaf for leaf in leaves]))
 
     return jax.tree.map(stack, *legs, is_leaf=none)
 

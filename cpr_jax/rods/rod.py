@@ -2,9 +2,10 @@
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
-from ..geometry import AbstractGeometry, Numbers
+from ..geometry import AbstractGeometry, Numbers, namespace
 from .section import Material, Section
 
 
@@ -52,13 +53,15 @@ def kirchhoff_rod(
     - `precurvature`: `1 / r_c`, 1/m; in space a vector, or one number for the axis 3.
     - `force`, `moment`: distributed dead load in world axes, N/m and N.
     """
-    precurvature = jnp.asarray(precurvature, float)
-    if precurvature.ndim == 0:
-        precurvature = jnp.zeros(geometry.r).at[-1].set(precurvature)
+    xp = namespace(k_b, precurvature)
+    rest = xp.asarray(precurvature, float)
+    if rest.ndim == 0:
+        rest = xp.append(np.zeros(geometry.r - 1), rest)
+    stiffness = xp.broadcast_to(xp.asarray(k_b, float), (geometry.r,))
     return Rod(
         length=jnp.asarray(length, float),
-        curvature_compliance=1.0 / jnp.broadcast_to(jnp.asarray(k_b, float), (geometry.r,)),
-        precurvature=precurvature,
+        curvature_compliance=jnp.asarray(1.0 / stiffness),
+        precurvature=jnp.asarray(rest),
         force=None if force is None else jnp.asarray(force, float),
         moment=None if moment is None else jnp.atleast_1d(jnp.asarray(moment, float)),
     )

@@ -9,11 +9,11 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from ..errors import InputError
-from ..geometry import Numbers
+from ..geometry import Numbers, namespace
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
-from .guess import assemble, detours, fitted, move, search
+from .guess import detours, from_home, from_neighbour, search
 from .measures import Measures, measure
 from .problem import TOLERANCE, Problem, find_root, forward_rows, inverse_rows
 from .status import SolveError, Status
@@ -89,7 +89,7 @@ def solve_inverse(
     """
     _check_call(robot, guess, steps)
     point = _checked("point", point, robot.n_p, robot)
-    target = jnp.concatenate([jnp.zeros(robot.n_a), point])
+    target = _padded(point, robot.n_a, 0)
     return _solve(robot, inverse_rows(robot), target, guess, steps, throw)
 
 
@@ -107,7 +107,7 @@ def solve_forward(
     """
     _check_call(robot, guess, steps)
     q_a = _checked("q_a", q_a, robot.n_a, robot)
-    target = jnp.concatenate([q_a, jnp.zeros(robot.n_p)])
+    target = _padded(q_a, 0, robot.n_p)
     return _solve(robot, forward_rows(robot), target, guess, steps, throw)
 
 
@@ -116,15 +116,14 @@ def _solve(robot, imposed, target, guess, steps, throw):
     frozen = jax.lax.stop_gradient(robot)
     goal = jax.lax.stop_gradient(target)
     branch = "home"
-    first = jnp.asarray(int(Status.SOLVED))
+    assembled = True
     if guess is not None:
-        start, branch = fitted(frozen, jax.lax.stop_gradient(guess.y), steps), "neighbour"
-        reached = move(frozen, imposed, start, straight(robot, start, goal), steps)
+        branch = "neighbour"
+        y = jax.lax.stop_gradient(guess.y)
+        start, reached = from_neighbour(frozen, imposed, y, goal, steps)
     elif robot.home is not None:
-        rough = jnp.concatenate([frozen.home.q_a, frozen.home.q_p])
-        home = assemble(frozen, rough, steps)
-        start, first = home.y, home.status
-        reached = move(frozen, imposed, start, straight(robot, start, goal), steps)
+        home, reached = from_home(frozen, imposed, goal, steps)
+        start, assembled = home.y, traced or int(home.status) == Status.SOLVED
     elif traced:
         raise InputError(
             "Argument `robot` must have a home configuration to be solved without a `guess` "
@@ -134,21 +133,13 @@ def _solve(robot, imposed, target, guess, steps, throw):
         branch = "search"
         reached = search(frozen, imposed, goal, steps)
     lost = not traced and branch != "search" and int(reached.status) == Status.LOST
-    if lost and int(first) == Status.SOLVED:
+    if lost and assembled:
         reached = detours(frozen, imposed, start, goal, reached, steps)
-    # A robot that does not assemble at home has no branch to follow.
-    reached = reached._replace(status=jnp.where(first == Status.SOLVED, reached.status, first))
     equilibrium = polish(robot, imposed, target, reached, branch, steps)
     if throw and not traced and int(equilibrium.status) != Status.SOLVED:
         status = Status(int(equilibrium.status))
         raise SolveError(status, f"No equilibrium of {robot.name}: {status.message}.")
     return equilibrium
-
-
-def straight(robot, start, goal):
-    """A line to the goal with a corner in its middle, in the form that detours bend."""
-    n_q = robot.n_a + robot.n_p
-    return jnp.stack([0.5 * (start[:n_q] + goal), goal])
 
 
 @program
@@ -175,6 +166,11 @@ def polish(robot, imposed, target, reached, branch, steps):
         measures=measures,
         branch=branch,
     )
+
+
+def _padded(values: Array, before: int, after: int) -> Array:
+    """Imposed coordinates among all of `(q_a, q_p)`; the others do not matter."""
+    return jnp.asarray(namespace(values).pad(values, (before, after)))
 
 
 def _check_call(robot: Any, guess: Any, steps: Any) -> None:

@@ -6,7 +6,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
-from scipy.stats import qmc
 
 from ..programs import program
 from ..robots.robot import Robot
@@ -22,67 +21,115 @@ SEARCH_STARTS = 64
 """Starts of a systematic search, a power of two."""
 
 
-@program
 def follow_path(
-    robot: Robot,
-    imposed: Float[Array, "n_a n_q"],
-    start: Float[Array, " n_y"],
-    path: Float[Array, "points n_h"],
-    steps: int = DEFAULT_STEPS,
-) -> Track:
-    """Follows an equilibrium while imposed coordinates move along a polygon.
-
-    **Arguments:**
-
-    - `imposed`: see `Problem`.
-    - `start`: unknowns in SI units at `path[0]`.
-    - `path`: a corner `(w, q_a, q_p)` stands for the imposed coordinates `(q_a, q_p)` and for the
-        share w of what `start` lacks to an equilibrium that is still left open.
-    """
-    units = unknown_scales(robot)
-    gap = _gap(robot, start, steps)
-
-    def equations(y, h):
-        return full_residual(y, Problem(robot, imposed, h[1:], h[0] * gap), steps)
-
-    track = follow(equations, start / units, path)
-    return track._replace(y=track.y * units)
-
-
-def assemble(robot: Robot, rough: Float[Array, " n_q"], steps: int = DEFAULT_STEPS) -> Track:
-    """Assembles a robot whose motors are held at a rough configuration `(q_a, q_p)`.
-
-    With its joints cut, the rods at rest are an exact solution of the rod equations. The gaps at
-    the joints, and what the platform lacks to equilibrium, then close along a line while the
-    platform is free to give: the way one would put the robot together by hand.
-    """
-    no_wrench = jnp.zeros((robot.n, robot.geometry.freedoms))
-    start = ravel(State(rough[: robot.n_a], rough[robot.n_a :], no_wrench))
-    # As many corners as `move` has to one goal, so that one compiled program serves both.
-    path = jnp.stack([jnp.concatenate([jnp.full(1, w), rough]) for w in (1.0, 0.0, 0.0, 0.0)])
-    return follow_path(robot, forward_rows(robot), start, path, steps)
-
-
-def move(
     robot: Robot,
     imposed: Float[Array, "n_a n_q"],
     start: Float[Array, " n_y"],
     corners: Float[Array, "points n_q"],
     steps: int = DEFAULT_STEPS,
 ) -> Track:
-    """Moves the imposed coordinates of an equilibrium along a polygon to its last corner.
+    """Follows an equilibrium while imposed coordinates move along a polygon to its last corner.
 
-    What is missing to an equilibrium at the start, since it belongs to a robot with slightly
-    other numbers, is closed first, along a line and on the branch.
+    What `start` lacks to an equilibrium, since it belongs to a robot with other numbers or to one
+    whose joints are cut, is closed first, along a line and on the branch.
+
+    **Arguments:**
+
+    - `imposed`: see `Problem`.
+    - `start`: unknowns in SI units at `corners[0]`.
+    """
+    units = unknown_scales(robot)
+    gap = _gap(robot, start, steps)
+    corners = jnp.concatenate([corners[:1], corners])
+    open_ = jnp.zeros((corners.shape[0], 1)).at[0].set(1.0)
+
+    def equations(y, h):
+        return full_residual(y, Problem(robot, imposed, h[1:], h[0] * gap), steps)
+
+    track = follow(equations, start / units, jnp.concatenate([open_, corners], axis=1))
+    return track._replace(y=track.y * units)
+
+
+def assemble_and_move(
+    robot: Robot,
+    imposed: Float[Array, "n_a n_q"],
+    rough: Float[Array, " n_q"],
+    goal: Float[Array, " n_q"],
+    steps: int = DEFAULT_STEPS,
+) -> tuple[Track, Track]:
+    """Assembles a robot at a rough configuration `(q_a, q_p)`, then moves it to a goal.
+
+    With its joints cut, the rods at rest are an exact solution of the rod equations. While the
+    motors are held, the gaps at the joints, and what the platform lacks to equilibrium, close
+    along a line and the platform is free to give: the way one would put the robot together by
+    hand.
+
+    **Returns:** both tracks. A robot that does not assemble does not move either: the second
+    has the status of the first.
     """
     n_q = robot.n_a + robot.n_p
-    corners = jnp.concatenate([start[None, :n_q], start[None, :n_q], corners])
-    open_ = jnp.zeros((corners.shape[0], 1)).at[0].set(1.0)
-    path = jnp.concatenate([open_, corners], axis=1)
-    return follow_path(robot, imposed, start, path, steps)
+    no_wrench = jnp.zeros((robot.n, robot.geometry.freedoms))
+    apart = ravel(State(rough[: robot.n_a], rough[robot.n_a :], no_wrench))
+
+    def stage(y, task):
+        rows, goal = task
+        corners = _straight(y[:n_q], goal)
+        track = follow_path(robot, rows, y, corners, steps)
+        return jnp.where(track.status == Status.SOLVED, track.y, jnp.nan), track
+
+    # A loop over both ways keeps one copy of them in the compiled program.
+    tasks = jnp.stack([forward_rows(robot), imposed]), jnp.stack([rough, goal])
+    _, tracks = jax.lax.scan(stage, apart, tasks)
+    home, moved = (jax.tree.map(lambda leaf, k=k: leaf[k], tracks) for k in range(2))
+    status = jnp.where(home.status == Status.SOLVED, moved.status, home.status)
+    return home, moved._replace(status=status)
+
+
+def _straight(begin, goal):
+    """A line with a corner in its middle, in the form that detours bend."""
+    return jnp.stack([begin, 0.5 * (begin + goal), goal])
 
 
 @program
+def from_home(
+    robot: Robot, imposed: Float[Array, "n_a n_q"], goal: Float[Array, " n_q"], steps: int
+) -> tuple[Track, Track]:
+    """`assemble_and_move` from the robot's home configuration."""
+    assert robot.home is not None
+    rough = jnp.concatenate([robot.home.q_a, robot.home.q_p])
+    return assemble_and_move(robot, imposed, rough, goal, steps)
+
+
+@program
+def from_neighbour(
+    robot: Robot,
+    imposed: Float[Array, "n_a n_q"],
+    y: Float[Array, " n_y"],
+    goal: Float[Array, " n_q"],
+    steps: int,
+) -> tuple[Float[Array, " n_y"], Track]:
+    """Follows the branch of an equilibrium, of this robot or of one like it, to a goal.
+
+    **Returns:** where the way begins, see `fitted`, and the way.
+    """
+    start = fitted(robot, y, steps)
+    begin = start[: robot.n_a + robot.n_p]
+    return start, follow_path(robot, imposed, start, _straight(begin, goal), steps)
+
+
+@program
+def move(
+    robot: Robot,
+    imposed: Float[Array, "n_a n_q"],
+    start: Float[Array, " n_y"],
+    corners: Float[Array, "points n_q"],
+    steps: int,
+) -> Track:
+    """`follow_path` from where an equilibrium is."""
+    begin = start[None, : robot.n_a + robot.n_p]
+    return follow_path(robot, imposed, start, jnp.concatenate([begin, corners]), steps)
+
+
 def fitted(robot: Robot, y: Float[Array, " n_y"], steps: int = DEFAULT_STEPS) -> Array:
     """Unknowns of a robot with other numbers, their wrenches scaled to where least is missing.
 
@@ -112,6 +159,9 @@ def search_starts(robot: Robot, count: int = SEARCH_STARTS) -> Float[Array, "sta
     platform is in the middle of the motors, at most a rod length away, its orientation within
     half a turn.
     """
+    # Importing it takes half a second, and few robots lack a home configuration.
+    from scipy.stats import qmc
+
     units = np.asarray(unknown_scales(robot))[: robot.n_a + robot.n_p]
     unit_cube = qmc.Sobol(units.size, scramble=False).random(count)
     spread = 2.0 * unit_cube - 1.0
@@ -161,7 +211,7 @@ def search(
 ) -> Track:
     """Assembles a robot in many configurations, follows each, keeps the least energy."""
     starts = search_starts(robot)
-    tracks = _assemble_and_move(robot, imposed, starts, goal, steps)
+    tracks = _from_all(robot, imposed, starts, goal, steps)
     energies = jnp.where(tracks.status == Status.SOLVED, tracks.energy, jnp.inf)
     best = int(jnp.argmin(energies))
     track = jax.tree.map(lambda leaf: leaf[best], tracks.track)
@@ -180,14 +230,9 @@ class _Found(NamedTuple):
 
 
 @program
-def _assemble_and_move(robot, imposed, starts, goal, steps):
-    n_q = robot.n_a + robot.n_p
-
+def _from_all(robot, imposed, starts, goal, steps):
     def one(rough):
-        assembled = assemble(robot, rough, steps)
-        y = jnp.where(assembled.status == Status.SOLVED, assembled.y, jnp.nan)
-        corners = jnp.stack([0.5 * (y[:n_q] + goal), goal])
-        track = move(robot, imposed, y, corners, steps)
+        _, track = assemble_and_move(robot, imposed, rough, goal, steps)
         return _Found(track, potential_energy(robot, track.y, steps))
 
     return jax.vmap(one)(starts)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 import optimistix as optx
 from jaxtyping import Array, Float, Int
 
@@ -41,7 +42,7 @@ class Problem(eqx.Module):
 
 def forward_rows(robot: Robot) -> Float[Array, "n_a n_q"]:
     """Rows that impose the motor positions."""
-    return jnp.eye(robot.n_a, robot.n_a + robot.n_p)
+    return jnp.asarray(np.eye(robot.n_a, robot.n_a + robot.n_p))
 
 
 def inverse_rows(robot: Robot) -> Float[Array, "n_a n_q"]:
@@ -51,7 +52,7 @@ def inverse_rows(robot: Robot) -> Float[Array, "n_a n_q"]:
             f"Argument `robot` must have as many motors as platform coordinates to impose them "
             f"all, but it has {robot.n_a} motors and {robot.n_p} platform coordinates."
         )
-    return jnp.eye(robot.n_a, robot.n_a + robot.n_p, k=robot.n_a)
+    return jnp.asarray(np.eye(robot.n_a, robot.n_a + robot.n_p, k=robot.n_a))
 
 
 def full_residual(

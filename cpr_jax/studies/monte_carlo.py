@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
-from scipy.stats import binomtest
+from scipy.special import betaincinv
 from tqdm import tqdm
 
 from ..analysis.ellipsoid import Ellipsoid, ellipsoid
@@ -151,7 +151,6 @@ def monte_carlo(
                 kept.append(_Chunk(*(part[: keep - start] for part in chunk)))
             bar.update(size)
 
-    interval = binomtest(tally.inside, samples).proportion_ci(0.95, method="exact")
     rho, q_p, status, inside = (np.concatenate(parts) for parts in zip(*kept, strict=True))
     return MonteCarlo(
         rho=rho,
@@ -163,13 +162,21 @@ def monte_carlo(
         lost=tally.lost,
         failed=samples - tally.solved - tally.lost,
         coverage=tally.inside / samples,
-        coverage_interval=(float(interval.low), float(interval.high)),
+        coverage_interval=clopper_pearson(tally.inside, samples),
         mean=tally.mean,
         covariance=tally.covariance,
         followed=tally.followed,
         sensitivity=nominal,
         ellipsoid=ellipse,
     )
+
+
+def clopper_pearson(hits: int, trials: int) -> tuple[float, float]:
+    """Exact 95 % confidence interval of a probability (Clopper and Pearson, 1934)."""
+    misses = trials - hits
+    low = betaincinv(hits, misses + 1, 0.025) if hits else 0.0
+    high = betaincinv(hits + 1, misses, 0.975) if misses else 1.0
+    return float(low), float(high)
 
 
 def _option(kind: type[_Kind], name: str, value: object) -> _Kind:

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import xarray as xr
 
-from cpr_jax.studies.results import plain, save_dataset
+from cpr_jax.plain import plain
+from cpr_jax.studies.results import save_dataset
 
 
 def test_dataset_round_trip(tmp_path):
