@@ -48,7 +48,7 @@ def follow(
     equations: Callable[[Float[Array, " n"], Float[Array, " k"]], Float[Array, " n"]],
     start: Float[Array, " n"],
     path: Float[Array, "points k"],
-    max_steps: int = 400,
+    max_steps: int | Int[Array, ""] = 400,
     first_step: float = 0.1,
     min_step: float = _MIN_STEP,
 ) -> Track:
