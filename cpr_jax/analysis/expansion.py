@@ -13,7 +13,7 @@ from ..statics.problem import Problem, forward_rows, full_residual
 from ..statics.unknowns import unknown_scales
 from .parameters import Selection
 
-_REACH = 0.1
+_REACH = 0.01
 """Share of the parameters' half ranges over which the expansion's differences are taken."""
 
 
@@ -76,7 +76,7 @@ def expand(
     **Arguments:**
 
     - `Pi_y`: the sensitivity with the motors held, SI units.
-    - `delta`: half ranges; the differences are taken over a tenth of them.
+    - `delta`: half ranges; the differences are taken over a hundredth of them.
     """
     units = unknown_scales(robot)
     equations = held_equations(robot, selection, y, steps)

@@ -114,11 +114,12 @@ def _contains(ellipse: Ellipsoid, q_p):
 def _solve_chunk(study: Study, options: Options, seed, start):
     """Parameters, platforms, and whether they are sure to be on the branch.
 
-    A chord iteration whose matrix, the inverse of the Jacobian expanded to first order, differs
-    from sample to sample: it needs no derivative of a rod and still gains two digits or more at
-    each turn. Where it contracts, the matrix approximates the inverse there so well that both
-    determinants have the same sign, which is that of the branch as long as the matrix stays
-    regular. A sample is sure if it converged so, near its prediction.
+    A chord iteration whose matrix M, the inverse of the Jacobian J expanded to first order,
+    differs from sample to sample: it needs no derivative of a rod and still gains two digits or
+    more at each turn. Each change is combined with the one before it (Anderson, 1965).
+
+    Where `1 - M J` contracts, both determinants have the same sign, which is that of the branch
+    as long as M stays regular. A sample is sure if it converged so, near its prediction.
     """
     robot, expansion = study.robot, study.expansion
     equations = held_equations(robot, options.selection, study.y, options.steps)
@@ -134,18 +135,32 @@ def _solve_chunk(study: Study, options: Options, seed, start):
         guess = expansion.y + shift
         turn = jnp.tensordot(step, expansion.turn, axes=1)
 
-        def correct(y, _):
+        def change(y):
             f = equations(y, rho)
-            change = expansion.inverse @ f
-            return y - (change + turn @ change), jnp.max(jnp.abs(f))
+            chord = expansion.inverse @ f
+            return -(chord + turn @ chord), jnp.max(jnp.abs(f))
 
-        y, left = jax.lax.scan(correct, guess, None, length=_CORRECTIONS)
-        contraction = jnp.maximum(left[-1] / left[-2], left[-2] / left[-3])
-        converged = (contraction < 0.1) & (left[-1] * contraction < _TOLERANCE)
-        converged = converged | (left[-1] < _TOLERANCE)
+        def correct(carry, _):
+            y, chord, moved, worst = carry
+            new, left = change(y)
+            bent = new - chord
+            share = jnp.sum(new * bent) / jnp.maximum(jnp.sum(bent**2), 1e-300)
+            step = new - share * (moved + bent)
+            # What `1 - M J` makes of the last step.
+            kept = jnp.sqrt(jnp.sum((moved + bent) ** 2) / jnp.sum(moved**2))
+            # Below the tolerance it is made of rounding errors.
+            worst = jnp.where(left > _TOLERANCE, jnp.maximum(worst, kept), worst)
+            return (y + step, new, step, worst), left
+
+        first, _ = change(guess)
+        start = guess + first, first, first, jnp.zeros(())
+        (y, _, _, worst), left = jax.lax.scan(correct, start, None, length=_CORRECTIONS)
+        # A last correction, of which the residual before it tells what is left, is in y.
+        converged = left[-1] * jnp.minimum(worst, left[-1] / left[-2]) < _TOLERANCE
         regular = jnp.max(jnp.abs(turn) @ expansion.weights / expansion.weights) < 1.0
         near = jnp.max(jnp.abs(y - guess)) <= 0.02 + 0.3 * jnp.max(jnp.abs(shift))
-        return rho, (y * units)[platform], converged & regular & near
+        sure = converged & (worst < 0.5) & regular & near
+        return rho, (y * units)[platform], sure
 
     return jax.vmap(one)(draw(options.distribution, study.delta, seed, numbers))
 

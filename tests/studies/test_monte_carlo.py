@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.stats import binomtest
 
 import cpr_jax as cpr
 from cpr_jax.analysis.ellipsoid import LINEAR_COVERAGE
-from cpr_jax.studies import monte_carlo as module
+from cpr_jax.studies.monte_carlo import clopper_pearson
 from cpr_jax.studies.paper import POINTS
 
 from ..oracles import planar_shooting
@@ -93,15 +94,23 @@ def test_uniform_distributions_stay_in_their_set(robot, equilibria, distribution
         assert np.mean(radius**2) == pytest.approx(2 / 3, rel=0.05)
 
 
-def test_followed_samples_agree_with_predicted_ones(robot, studies):
-    """Following every sample in small steps leads where the prediction has led."""
-    study = studies["A"]
-    options = module._Solving(module.select(robot), module.Prediction.TANGENT, 10)
-    s = study.sensitivity
-    shared = module._Study(robot, s.y, s.Pi_y, s.rho, s.delta, np.ones(()), study.ellipsoid)
-    y, status = module._follow_all(shared, options, study.rho[: module._RESCUED])
-    assert np.all(np.asarray(status) == cpr.Status.SOLVED)
-    np.testing.assert_allclose(y[:, 2:4], study.q_p[: module._RESCUED], atol=1e-10)
+@pytest.mark.parametrize("hits", [0, 1, 1952, 1999, 2000])
+def test_confidence_interval(hits):
+    low, high = clopper_pearson(hits, 2000)
+    exact = binomtest(hits, 2000).proportion_ci(0.95, method="exact")
+    assert (low, high) == pytest.approx((exact.low, exact.high), abs=1e-12)
+
+
+def test_steps_follow_from_the_tolerance(robot, equilibria, studies):
+    study = studies["C"]
+    assert study.error <= 1e-8
+    loose = cpr.monte_carlo(robot, equilibria["C"], 100, tolerance=1e-5)
+    assert loose.steps < study.steps
+    assert loose.error > study.error
+    # What they leave, beside four times as many.
+    fine = cpr.monte_carlo(robot, equilibria["C"], 100, steps=40)
+    assert 0.0 < np.max(np.abs(loose.q_p - fine.q_p)) < 1e-5
+    np.testing.assert_allclose(study.q_p[:100], fine.q_p, atol=1e-8)
 
 
 @pytest.mark.parametrize(
