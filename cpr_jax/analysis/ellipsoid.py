@@ -6,6 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from ..programs import program
 from ..statics.linear import row_axes
 from .sensitivity import Sensitivity
 
@@ -58,14 +59,14 @@ def ellipsoid(sensitivity: Sensitivity, rows: str | Sequence[str] = "p_P") -> El
 
     - `rows`: labels of the states, see `Sensitivity.rows`; `"p_P"` stands for all its axes.
     """
-    indices = sensitivity.indices(rows)
-    scaled = sensitivity.Pi_y[jnp.array(indices)] * sensitivity.delta
+    indices = tuple(sensitivity.indices(rows))
+    labels = tuple(sensitivity.rows[i] for i in indices)
+    return _ellipsoid(sensitivity.y, sensitivity.Pi_y, sensitivity.delta, indices, labels)
+
+
+@program
+def _ellipsoid(y, Pi_y, delta, indices, labels) -> Ellipsoid:
+    scaled = Pi_y[jnp.array(indices)] * delta
     # The singular values of Π δρ are the semi-axes; those of K would lose half the digits.
     semi_axes, directions = row_axes(scaled)
-    return Ellipsoid(
-        center=sensitivity.y[jnp.array(indices)],
-        kernel=scaled @ scaled.T,
-        semi_axes=semi_axes,
-        directions=directions,
-        labels=tuple(sensitivity.rows[i] for i in indices),
-    )
+    return Ellipsoid(y[jnp.array(indices)], scaled @ scaled.T, semi_axes, directions, labels)
