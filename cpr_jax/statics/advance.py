@@ -10,7 +10,6 @@ from jaxtyping import Array, Float, Int
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
-from .continuation import follow
 from .linear import solve_many_with_sign
 from .problem import Problem, full_residual
 from .status import Status
@@ -21,8 +20,6 @@ _ITERATIONS = 5
 
 DEVIATION = 0.03
 """Largest distance of a solution from its prediction, in dimensionless unknowns."""
-
-_SHORTEST = 5e-3
 
 
 class Nearby(NamedTuple):
@@ -85,37 +82,6 @@ def advance(
         return Nearby(y, slope, sign, jnp.max(jnp.abs(y - guess)), status)
 
     return jax.vmap(one)(guess, goal)
-
-
-@program
-def creep(
-    robot: Robot,
-    imposed: Float[Array, "n_a n_q"],
-    axes: tuple[int, ...],
-    start: Float[Array, "lanes n_y"],
-    begin: Float[Array, "lanes n_q"],
-    goal: Float[Array, "lanes n_q"],
-    steps: int = DEFAULT_STEPS,
-) -> Nearby:
-    """Follows the branch from `begin` to `goal` in steps as small as they need be.
-
-    Each way ends where steps shorter than 0.5 % of it would be needed: at a fold.
-    """
-    rows = _rows(robot, imposed, axes)
-
-    def one(start, begin, goal):
-        def equations(y, h):
-            return full_residual(y, Problem(robot, imposed, h), steps)
-
-        track = follow(equations, start, jnp.stack([begin, goal]), max_steps=60, min_step=_SHORTEST)
-        jacobian, f = _expand(robot, imposed, goal, track.y, steps)
-        solved, sign = solve_many_with_sign(jacobian, jnp.column_stack([-f, rows]))
-        reached = (jnp.max(jnp.abs(f)) <= _CLOSE) & (sign == track.sign)
-        lost = (track.status == Status.SOLVED) & ~reached
-        status = jnp.where(lost, Status.NOT_CONVERGED, track.status)
-        return Nearby(track.y + solved[:, 0], solved[:, 1:], sign, jnp.zeros(()), status)
-
-    return jax.vmap(one)(start, begin, goal)
 
 
 def _rows(robot: Robot, imposed, axes):

@@ -11,10 +11,10 @@ import numpy as np
 from ..analysis.parameters import Selection
 from ..analysis.singularity import compile_tracing
 from ..robots.robot import Robot
-from ..statics.advance import advance, creep
+from ..statics.advance import advance
 from ..statics.problem import inverse_rows
 from .cells import look_at_cells
-from .front import LANES
+from .creeping import LANES
 
 _known: set[Any] = set()
 
@@ -46,14 +46,17 @@ def compile_ahead(
     lanes, goals, cells = (jnp.asarray(np.full(shape, np.nan)) for shape in shapes)
 
     def follow() -> None:
-        creep(robot, imposed, axes, lanes, goals, goals, coarse)
         advance(robot, imposed, axes, lanes, goals, coarse)
 
     def look() -> None:
         look_at_cells(robot, selection, delta, cells, steps)
+
+    def trace() -> None:
+        first.join()
         compile_tracing(robot, axes, steps)
 
-    return tuple(_started(job) for job in (follow, look))
+    first = _started(follow)
+    return first, _started(look), _started(trace)
 
 
 def _started(job: Callable[[], None]) -> threading.Thread:

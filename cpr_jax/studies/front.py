@@ -3,21 +3,17 @@
 from collections.abc import Callable
 from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
 
 from ..errors import InputError
 from ..robots.robot import Robot
-from ..statics.advance import DEVIATION, Nearby, advance, creep
+from ..statics.advance import DEVIATION, Nearby
 from ..statics.problem import inverse_rows
 from ..statics.status import Status
 from ..statics.unknowns import scales, unknown_scales
+from .creeping import advance_all, creep
 from .grid import Grid
-from .parallel import in_parallel
-
-LANES = 128
-"""Cells solved in one call."""
 
 _MISMATCH = 0.01
 """Largest distance from what the slopes at both ends of a step say it should be."""
@@ -76,7 +72,7 @@ class Front:
         begin = seed[axes] * units
         cell = self.grid.nearest(begin)
         goal = self.grid.points[cell]
-        found = self._run(creep, seed[None], self.grid.targets(begin[None]), goal[None])
+        found = self._creep_along(seed[None], begin[None], goal[None])
         if found.status[0] != Status.SOLVED:
             raise InputError(
                 "Argument `seed` must lie beside the grid, but the branch does not reach its "
@@ -136,7 +132,8 @@ class Front:
         guess, sources, order = self._predict(at, beside, have)
         # Batches of alike lanes: the best predicted need the fewest iterations.
         at, guess, sources = at[order], guess[order], sources[order]
-        found = self._run(advance, guess, self.point[at[:, 0], at[:, 1]])
+        goals = self.grid.targets(self.point[at[:, 0], at[:, 1]])
+        found = advance_all(self.robot, self.imposed, self.grid.axes, guess, goals, self.steps)
         good = (found.status == Status.SOLVED) & (found.sign == self.sign)
         good &= found.deviation < DEVIATION
         for k in range(2):
@@ -196,30 +193,17 @@ class Front:
         return True
 
     def _follow(self, source, at) -> Nearby:
-        start = self.y[tuple(source.T)]
-        begin = self.grid.targets(self.point[tuple(source.T)])
-        return self._run(creep, start, begin, self.point[tuple(at.T)])
+        cells, goals = tuple(source.T), tuple(at.T)
+        return self._creep_along(self.y[cells], self.point[cells], self.point[goals])
+
+    def _creep_along(self, start, begin, goal) -> Nearby:
+        ways = self.grid.targets(begin), self.grid.targets(goal)
+        return creep(self.robot, self.imposed, self.grid.axes, start, *ways, self.steps)
 
     def _put(self, at, found: Nearby, good) -> None:
         cells = tuple(at[good].T)
         self.y[cells], self.slope[cells] = found.y[good], found.slope[good]
         self.solved[cells] = True
-
-    def _run(self, function, *arrays) -> Nearby:
-        """Calls `advance` or `creep` on batches of one size; the last array holds the points."""
-        *lead, points = arrays
-        arrays = (*lead, self.grid.targets(points))
-
-        def batch(k: int) -> Nearby:
-            part = [a[k : k + LANES] for a in arrays]
-            spare = LANES - len(part[0])
-            part = [np.concatenate([a, np.repeat(a[-1:], spare, axis=0)]) for a in part]
-            lanes = map(jnp.asarray, part)
-            found = function(self.robot, self.imposed, self.grid.axes, *lanes, self.steps)
-            return Nearby(*(np.asarray(leaf) for leaf in found))
-
-        parts = in_parallel(batch, range(0, len(points), LANES))
-        return Nearby(*(np.concatenate(leaf)[: len(points)] for leaf in zip(*parts, strict=True)))
 
     def seam(self) -> Bool[np.ndarray, "n_0 n_1"]:
         """Cells beside a neighbour that the branch does not lead to directly.

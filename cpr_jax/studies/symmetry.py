@@ -4,12 +4,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..robots.robot import Robot
-from ..statics.advance import creep
 from ..statics.equilibrium import Equilibrium
 from ..statics.problem import inverse_rows
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales, unravel
-from .front import LANES
+from .creeping import creep
 
 
 def is_mirror_symmetric(robot: Robot, seed: Equilibrium, steps: int) -> bool:
@@ -26,20 +25,9 @@ def is_mirror_symmetric(robot: Robot, seed: Equilibrium, steps: int) -> bool:
     begin = np.concatenate([np.zeros(robot.n_a), np.asarray(seed.q_p)])
     goals = np.tile(begin, (2, 1))
     goals[:, robot.n_a] = (aside, -aside)
-    # As many lanes as the front has, so that one compiled program serves both.
-    spare = LANES - len(goals)
-    goals = np.concatenate([goals, np.tile(goals[-1], (spare, 1))])
-    starts = np.tile(np.asarray(seed.y) / units, (LANES, 1))
+    starts = np.tile(np.asarray(seed.y) / units, (2, 1))
     axes = (robot.n_a, robot.n_a + 1)
-    found = creep(
-        robot,
-        inverse_rows(robot),
-        axes,
-        jnp.asarray(starts),
-        jnp.asarray(np.tile(begin, (LANES, 1))),
-        jnp.asarray(goals),
-        steps,
-    )
+    found = creep(robot, inverse_rows(robot), axes, starts, np.tile(begin, (2, 1)), goals, steps)
     if np.any(np.asarray(found.status) != Status.SOLVED):
         return False
     right, left = (unravel(robot, jnp.asarray(y * units)).mu for y in np.asarray(found.y)[:2])
