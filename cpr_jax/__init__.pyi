@@ -52,8 +52,8 @@ from .studies.critical import CriticalValue as CriticalValue
 from .studies.critical import critical_value as critical_value
 from .studies.equilibria import AllEquilibria as AllEquilibria
 from .studies.equilibria import find_equilibria as find_equilibria
+from .studies.limits import Limits as Limits
 from .studies.monte_carlo import MonteCarlo as MonteCarlo
 from .studies.monte_carlo import monte_carlo as monte_carlo
 from .studies.results import save_dataset as save_dataset
-from .studies.workspace import Limits as Limits
 from .studies.workspace import workspace_map as workspace_map

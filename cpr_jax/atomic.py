@@ -15,13 +15,13 @@ def write_atomically(
 
     **Arguments:**
 
-    - `write`: called with the temporary path, which has the same ending.
+    - `write`: called with the temporary path, which ends in `.part`.
     - `scratch`: folder of the temporary file, on the same disk; by default that of the file.
     """
     target = pathlib.Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)
     folder = scratch or target.parent
-    handle, name = tempfile.mkstemp(prefix=".", suffix=target.suffix, dir=folder)
+    handle, name = tempfile.mkstemp(prefix=".", suffix=".part", dir=folder)
     os.close(handle)
     temporary = pathlib.Path(name)
     try:

@@ -57,6 +57,7 @@ class MapRequest:
 
     out: str
     spacing: float | None
+    refine: int
     box: tuple[tuple[float, float], tuple[float, float]] | None
     max_torque: float | None
     max_moment: float | None
@@ -81,6 +82,7 @@ def check_map(arguments: argparse.Namespace) -> MapRequest:
         out=arguments.out,
         spacing=quantity("--spacing", arguments.spacing, LENGTH),
         box=box,
+        refine=positive_integer("--refine", arguments.refine, least=0),
         max_torque=quantity("--max-torque", arguments.max_torque, MOMENT),
         max_moment=quantity("--max-moment", arguments.max_moment, MOMENT),
         resume=arguments.resume,

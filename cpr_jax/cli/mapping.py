@@ -13,7 +13,8 @@ from ..plotting.workspace import figure_of_map
 from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium, solve_forward, solve_inverse
 from ..statics.status import SolveError, Status
-from ..studies.workspace import Limits, workspace_map
+from ..studies.limits import Limits
+from ..studies.workspace import workspace_map
 from .commands import NoSolution, load, print_json, start_jax
 from .inputs import MapRequest, Request
 
@@ -29,6 +30,7 @@ def workspace(request: Request, options: MapRequest, as_json: bool) -> int:
             robot,
             _seed(robot, request),
             spacing=options.spacing,
+            refine=options.refine,
             box=options.box,
             parameters=request.parameters,
             delta=request.delta,

@@ -83,6 +83,12 @@ def build_parser() -> argparse.ArgumentParser:
         "--spacing", metavar="H", help="of the grid (default: a hundredth of the rods' length)"
     )
     mapping.add_argument(
+        "--refine",
+        default="0",
+        metavar="N",
+        help="halve the spacing N times where the sensitivity changes fast (default: 0)",
+    )
+    mapping.add_argument(
         "--box",
         nargs=4,
         metavar=("LOW", "LOW", "HIGH", "HIGH"),

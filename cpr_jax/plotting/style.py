@@ -1,5 +1,6 @@
 """How figures look: journal sizes, colours that colour-blind readers tell apart."""
 
+import functools
 import pathlib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -51,6 +52,8 @@ def save_figure(figure: Figure, stem: str | pathlib.Path) -> list[pathlib.Path]:
     """Writes a figure as PDF and as PNG and closes it."""
     paths = [pathlib.Path(f"{stem}.{ending}") for ending in ("pdf", "png")]
     for path in paths:
-        write_atomically(path, lambda file: figure.savefig(file))
+        # The temporary file's name does not tell the format.
+        save = functools.partial(figure.savefig, format=path.suffix.removeprefix("."))
+        write_atomically(path, save)
     plt.close(figure)
     return paths

@@ -39,16 +39,23 @@ class Front:
     **Attributes** (arrays over the grid with a margin; `inner` cuts it off):
 
     - `y`: dimensionless unknowns; `slope`: their derivatives along the axes.
-    - `solved`: which cells are.
+    - `solved`: which cells are; `wanted`: which are to be.
     - `sign`: of `det ∂R/∂y` on the branch.
     """
 
-    def __init__(self, robot: Robot, grid: Grid, seed: Float[np.ndarray, " n_y"], steps: int):
+    def __init__(
+        self,
+        robot: Robot,
+        grid: Grid,
+        seed: Float[np.ndarray, " n_y"],
+        steps: int,
+        stride: int = 1,
+    ):
         self.robot, self.grid, self.steps = robot, grid, steps
         self.imposed = inverse_rows(robot)
         length = float(scales(robot).length)
         strides = 0.05 * length / float(np.max(grid.spacing))
-        self.coarsest = 2 ** max(0, int(np.floor(np.log2(max(strides, 1.0)))))
+        self.coarsest = max(stride, 2 ** max(0, int(np.floor(np.log2(max(strides, 1.0))))))
         margin = self.margin = self.coarsest
         shape = tuple(n + 2 * margin for n in grid.shape)
         self.inner = tuple(slice(margin, -margin) for _ in shape)
@@ -56,6 +63,7 @@ class Front:
         self.point[self.inner] = grid.points
         self.inside = np.zeros(shape, bool)
         self.inside[self.inner] = True
+        self.wanted = self.inside.copy()
         self.y = np.zeros((*shape, seed.size))
         self.slope = np.zeros((*shape, seed.size, 2))
         self.solved = np.zeros(shape, bool)
@@ -94,29 +102,36 @@ class Front:
             getattr(self, name)[...] = state[name]
         self.stage = int(state["stage"])
 
-    def spread(self, report: Callable[[int], None], keep: Callable[[], None]) -> None:
-        """Solves every cell that the branch reaches.
+    def spread(
+        self, report: Callable[[int], None], keep: Callable[[], None], finest: int = 1
+    ) -> None:
+        """Solves every cell that the branch reaches on the lattice of this stride.
 
         **Arguments:**
 
+        - `finest`: a power of two; a later call goes on with a smaller one.
         - `report`: called with the number of cells solved so far.
         - `keep`: called between two batches, when `state` may be saved.
         """
         while True:
             stride = self.coarsest >> self.stage
-            if not self._pass(max(stride, 1)):
-                if stride > 1:
+            if not self._pass(stride):
+                if stride > finest:
                     self.tried[...] = 0
                     self.stage += 1
-                elif not self._creep():
+                elif not self._creep(stride):
                     return
             report(int(np.sum(self.solved)))
             keep()
 
-    def _unsolved(self, stride: int) -> np.ndarray:
+    def lattice(self, stride: int) -> Bool[np.ndarray, "n_0 n_1"]:
+        """Every cell that is a multiple of the stride away from the seed, with the margin."""
         lattice = np.zeros_like(self.inside)
         lattice[self.seed[0] % stride :: stride, self.seed[1] % stride :: stride] = True
-        return np.argwhere(lattice & self.inside & ~self.solved)
+        return lattice
+
+    def _unsolved(self, stride: int) -> np.ndarray:
+        return np.argwhere(self.lattice(stride) & self.wanted & ~self.solved)
 
     def _pass(self, stride: int) -> bool:
         """Tries all cells that have new solved neighbours; says whether there were any."""
@@ -174,10 +189,10 @@ class Front:
         expected = 0.5 * np.einsum("lnk,lk->ln", slope + self.slope[p], way)
         return np.max(np.abs(y - self.y[p] - expected), axis=1)
 
-    def _creep(self) -> bool:
+    def _creep(self, stride: int) -> bool:
         """Follows the branch into cells that fail at once, from one new neighbour each."""
-        at = self._unsolved(1)
-        beside = at[:, None] + _OFFSETS[:4]
+        at = self._unsolved(stride)
+        beside = at[:, None] + stride * _OFFSETS[:4]
         bits = 1 << (8 + np.arange(4))
         untried = (self.tried[at[:, 0], at[:, 1]][:, None] & bits) == 0
         cell, side = np.nonzero(self.solved[beside[..., 0], beside[..., 1]] & untried)
@@ -205,7 +220,7 @@ class Front:
         self.y[cells], self.slope[cells] = found.y[good], found.slope[good]
         self.solved[cells] = True
 
-    def seam(self) -> Bool[np.ndarray, "n_0 n_1"]:
+    def seam(self, stride: int = 1) -> Bool[np.ndarray, "n_0 n_1"]:
         """Cells beside a neighbour that the branch does not lead to directly.
 
         Where a branch overlaps itself, as it does behind a cusp of its folds, a map of one value
@@ -216,7 +231,7 @@ class Front:
         pairs = []
         for offset in _OFFSETS[[0, 2]]:
             here = np.argwhere(self.solved)
-            there = here + offset
+            there = here + stride * offset
             both = self.solved[tuple(there.T)]
             here, there = here[both], there[both]
             p = tuple(here.T)

@@ -1,6 +1,7 @@
 """A workspace map as one labelled dataset."""
 
 import json
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -14,15 +15,31 @@ from .grid import Grid
 from .results import versions
 
 
+class Found(NamedTuple):
+    """What was found on a grid.
+
+    **Attributes:**
+
+    - `status`, `solved`, `seam`: over the grid.
+    - `cells`: of the solved ones, in order.
+    - `stands_for`: indices of the cell that stands for each; itself but where a map is coarse.
+    - `level`: how often the spacing was halved there.
+    """
+
+    status: np.ndarray
+    solved: np.ndarray
+    seam: np.ndarray
+    cells: Cell
+    stands_for: tuple[np.ndarray, np.ndarray]
+    level: np.ndarray
+
+
 def map_dataset(
     robot: Robot,
     grid: Grid,
     selection: Selection,
     delta: np.ndarray,
-    status: np.ndarray,
-    solved: np.ndarray,
-    seam: np.ndarray,
-    cells: Cell,
+    found: Found,
     lines: dict[str, list[np.ndarray]],
 ) -> xr.Dataset:
     """The dataset of a map: NaN where there is no equilibrium, and `status` says why.
@@ -35,6 +52,7 @@ def map_dataset(
     n_a = robot.n_a
     labels, units = unknown_labels(robot), unknown_units(robot)
     over = grid.names
+    cells, solved = found.cells, found.solved
     motor_unit = units[0] if len(set(units[:n_a])) == 1 else "rad or m"
     torque_unit = {"rad": "N m", "m": "N"}.get(motor_unit, "N m or N")
 
@@ -42,14 +60,15 @@ def map_dataset(
         values = np.asarray(values)
         full = np.full((*grid.shape, *values.shape[1:]), np.nan)
         full[solved] = values
-        return full
+        return full[found.stands_for]
 
     def entry(values, unit: str, text: str, *more: str):
         return ((*over, *more), spread(values), {"units": unit, "long_name": text})
 
     index = np.full(grid.shape, -1, np.int16)
     index[solved] = cells.unstable
-    branch = np.where(solved, 0, -1).astype(np.int8)
+    index = index[found.stands_for]
+    branch = np.where(index >= 0, 0, -1).astype(np.int8)
     flags = {
         "flag_values": np.array([int(s) for s in Status], np.int8),
         "flag_meanings": " ".join(s.name.lower() for s in Status),
@@ -58,7 +77,7 @@ def map_dataset(
     major, minor = cells.semi_axes[:, 0], cells.semi_axes[:, -1]
     area = np.pi * cells.semi_axes[:, 0] * cells.semi_axes[:, 1]
     variables = {
-        "status": (over, status, flags),
+        "status": (over, found.status[found.stands_for], flags),
         "semi_axis_max": entry(major, "m", "largest semi-axis of the uncertainty ellipsoid"),
         "semi_axis_min": entry(minor, "m", "smallest semi-axis of the uncertainty ellipsoid"),
         "ellipse_area": entry(area, "m2", "area of the ellipse of its two largest semi-axes"),
@@ -91,11 +110,16 @@ def map_dataset(
         ),
         "seam": (
             over,
-            seam.astype(np.int8),
+            found.seam[found.stands_for].astype(np.int8),
             {
                 "units": "1",
                 "long_name": "1 beside a cell on another sheet of the branch",
             },
+        ),
+        "level": (
+            over,
+            found.level,
+            {"units": "1", "long_name": "how often the spacing was halved there"},
         ),
         "q_a": entry(cells.q_a, motor_unit, "motor positions", "motor"),
         "mu": entry(cells.mu, "N, N m", "wrenches at the bases of the rods", "leg", "wrench"),

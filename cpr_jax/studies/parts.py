@@ -65,7 +65,8 @@ class Parts:
         stored: dict[str, Any] = {"checksum": np.array(_checksum(arrays)), **arrays}
 
         def write(path: pathlib.Path) -> None:
-            np.savez(path, **stored)
+            with path.open("wb") as stream:
+                np.savez(stream, **stored)
 
         write_atomically(self.folder / f"{name}.npz", write)
 

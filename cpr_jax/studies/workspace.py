@@ -13,7 +13,6 @@ import xarray as xr
 from tqdm import tqdm
 
 from ..analysis.parameters import Selection, ranges, select
-from ..analysis.singularity import SingularityType, trace_curves
 from ..errors import InputError
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
@@ -25,10 +24,13 @@ from .ahead import compile_ahead
 from .cells import Cell, look_at_cells
 from .front import Front
 from .grid import Grid, make_grid, out_of_reach
-from .map_dataset import map_dataset
+from .limits import Limits
+from .map_dataset import Found, map_dataset
 from .parallel import in_parallel
 from .parts import Parts, digest
+from .refinement import refined, representatives
 from .results import save_dataset, versions
+from .sheet import singular_lines
 from .symmetry import is_mirror_symmetric
 
 _CHUNK = 1024
@@ -37,43 +39,10 @@ _CHUNK = 1024
 _POLISHED = 3
 """How often a cell is polished beyond the first time."""
 
-_SAME_SHEET = 0.3
-"""Largest difference of the motors, dimensionless, between a curve and the cells around it."""
+_FINEST = 6
 
 _SAVE_EVERY = 2.0
 """Seconds between two states of the front that are kept."""
-
-
-@dataclasses.dataclass(frozen=True)
-class Limits:
-    """What the robot may be asked for; cells beyond are marked, and still have their numbers.
-
-    **Attributes** (SI units; `None` for no limit):
-
-    - `motors`: lowest and highest position, of all motors alike, rad or m.
-    - `torque`: largest motor torque, N·m (N where motors slide).
-    - `moment`: largest internal moment of a rod, N·m.
-    - `curvature`: largest curvature of a rod, 1/m.
-    """
-
-    motors: tuple[float, float] | None = None
-    torque: float | None = None
-    moment: float | None = None
-    curvature: float | None = None
-
-    def beyond(self, cells: Cell) -> np.ndarray:
-        """Whether each cell is beyond some limit."""
-        out = np.zeros(len(cells.energy), bool)
-        if self.motors is not None:
-            low, high = self.motors
-            out |= np.any((cells.q_a < low) | (cells.q_a > high), axis=1)
-        if self.torque is not None:
-            out |= np.any(np.abs(cells.motor_torques) > self.torque, axis=1)
-        if self.moment is not None:
-            out |= np.asarray(cells.moment) > self.moment
-        if self.curvature is not None:
-            out |= np.asarray(cells.curvature) > self.curvature
-        return out
 
 
 def workspace_map(
@@ -81,6 +50,7 @@ def workspace_map(
     seed: Equilibrium | None = None,
     *,
     spacing: float | None = None,
+    refine: int = 0,
     box: Sequence[Sequence[float]] | None = None,
     axes: tuple[str, str] | None = None,
     symmetry: bool | None = None,
@@ -101,6 +71,8 @@ def workspace_map(
 
     - `seed`: an equilibrium of the branch to map; by default the one at the robot's home.
     - `spacing`: of the grid, m; by default a hundredth of the mean rod length.
+    - `refine`: how often the spacing is halved where the sensitivity changes fast and where the
+        branch ends; cells elsewhere stand for the block around them, see `level`.
     - `box`: lower and upper corner; by default all within reach of the legs.
     - `axes`: which two platform coordinates vary, by default the position in the plane of the
         robot; the others stay as they are in the seed.
@@ -134,7 +106,12 @@ def workspace_map(
         start = robot.home.q_p
     else:
         raise InputError("Argument `seed` must be given for a robot without a home configuration.")
+    if isinstance(refine, bool) or not isinstance(refine, int) or not 0 <= refine <= _FINEST:
+        raise InputError(
+            f"Argument `refine` must be an integer from 0 to {_FINEST}, but it is {refine!r}."
+        )
     step = float(jnp.mean(robot.legs.rod.length)) / 100.0 if spacing is None else float(spacing)
+    step /= 2**refine
     corners = None if box is None else np.asarray(box, float)
     # Made once before anything is computed, so that mistakes are named at once.
     grid = make_grid(robot, np.asarray(start), step, corners, axes)
@@ -148,7 +125,7 @@ def workspace_map(
     if symmetry is None:
         symmetry = box is None and is_mirror_symmetric(robot, seed, coarse(steps))
     grid = make_grid(robot, np.asarray(seed.q_p), step, corners, axes, symmetry)
-    configuration = _configuration(robot, seed, grid, selection, half_ranges, limits, steps)
+    configuration = _configuration(robot, seed, grid, selection, half_ranges, limits, steps, refine)
     folder = None if out is None else pathlib.Path(out)
     if folder is not None and resume:
         finished = _finished(folder / "map.nc", configuration)
@@ -156,7 +133,7 @@ def workspace_map(
             return finished
     parts = Parts(None if folder is None else folder / "parts", configuration, resume)
     with tqdm(total=grid.shape[0] * grid.shape[1], unit="cell", disable=not progress) as bar:
-        dataset = _map(robot, seed, grid, selection, half_ranges, limits, steps, parts, bar)
+        dataset = _map(robot, seed, grid, selection, half_ranges, limits, steps, refine, parts, bar)
     dataset.attrs["configuration"] = json.dumps(configuration, sort_keys=True)
     if folder is not None:
         # What a kill leaves of it goes away with the parts.
@@ -170,7 +147,7 @@ def coarse(steps: int) -> int:
     return max(2, (steps + 1) // 2)
 
 
-def _configuration(robot, seed, grid, selection, delta, limits, steps) -> dict[str, Any]:
+def _configuration(robot, seed, grid, selection, delta, limits, steps, refine) -> dict[str, Any]:
     """What decides every number of a map, in a form that can be compared and stored."""
     return {
         "robot": robot.name,
@@ -183,6 +160,7 @@ def _configuration(robot, seed, grid, selection, delta, limits, steps) -> dict[s
         "delta": np.asarray(delta).tolist(),
         "limits": dataclasses.asdict(limits or Limits()),
         "steps": steps,
+        "refine": refine,
         "versions": versions(),
     }
 
@@ -206,16 +184,35 @@ def _map(
     delta,
     limits: Limits | None,
     steps: int,
+    refine: int,
     parts: Parts,
     bar: tqdm,
 ) -> xr.Dataset:
     units = np.asarray(unknown_scales(robot))
-    front = Front(robot, grid, np.asarray(seed.y) / units, coarse(steps))
-    front = _followed(front, parts, bar)
+    front = Front(robot, grid, np.asarray(seed.y) / units, coarse(steps), 2**refine)
+    wanted, looked, seen = {}, [], np.zeros_like(front.solved)
+    seam = np.zeros(grid.shape, bool)
+    size = np.full(front.solved.shape, np.nan)
+    for level in range(refine + 1):
+        stride = 2 ** (refine - level)
+        wanted[stride] = front.wanted
+        _followed(front, parts, bar, level, stride)
+        new = front.solved & ~seen
+        if np.any(new):
+            values = front.y[new] * units
+            cells = _looked_at(robot, selection, delta, values, steps, parts, bar, level)
+            looked.append((np.flatnonzero(new[front.inner]), cells))
+            seen |= new
+            size[new] = cells.semi_axes[:, 0]
+        seam |= front.seam(stride)
+        if stride > 1:
+            front.wanted = refined(front, size, stride)
+    order = np.argsort(np.concatenate([places for places, _ in looked]))
+    cells = Cell(
+        *(np.concatenate(leaf)[order] for leaf in zip(*(c for _, c in looked), strict=True))
+    )
     solved = front.solved[front.inner].copy()
     y = front.y[front.inner] * units
-    seam = front.seam()
-    cells = _looked_at(robot, selection, delta, y[solved], steps, parts, bar)
 
     status = np.full(grid.shape, int(Status.BEYOND_FOLD), np.int8)
     status[front.stalled[front.inner]] = Status.NOT_CONVERGED
@@ -229,13 +226,19 @@ def _map(
     cells = Cell(*(leaf[polished] for leaf in cells))
     if limits is not None:
         status[solved] = np.where(limits.beyond(cells), Status.BEYOND_LIMITS, Status.SOLVED)
-    lines = _lines(robot, grid, y, solved, cells, steps)
+    stands_for, levels = representatives(front, wanted)
+    sign = np.zeros(grid.shape)
+    sign[solved] = cells.sign_t2
+    lines = singular_lines(robot, grid, y[stands_for], solved[stands_for], sign[stands_for], steps)
     bar.update(bar.total - bar.n)
-    return map_dataset(robot, grid, selection, delta, status, solved, seam, cells, lines)
+    found = Found(status, solved, seam, cells, stands_for, levels)
+    return map_dataset(robot, grid, selection, delta, found, lines)
 
 
-def _followed(front: Front, parts: Parts, bar: tqdm) -> Front:
-    known = parts.load("front")
+def _followed(front: Front, parts: Parts, bar: tqdm, level: int, stride: int) -> None:
+    """Spreads the front on the lattice of a stride, or takes up what is known of it."""
+    name = f"front-{level}"
+    known = parts.load(name)
     if known is not None:
         front.restore(known)
     saved = time.monotonic()
@@ -247,15 +250,14 @@ def _followed(front: Front, parts: Parts, bar: tqdm) -> Front:
     def keep() -> None:
         nonlocal saved
         if time.monotonic() - saved > _SAVE_EVERY:
-            parts.save("front", front.state())
+            parts.save(name, front.state())
             saved = time.monotonic()
 
-    front.spread(report, keep)
-    parts.save("front", front.state())
-    return front
+    front.spread(report, keep, stride)
+    parts.save(name, front.state())
 
 
-def _looked_at(robot, selection, delta, y, steps, parts: Parts, bar: tqdm) -> Cell:
+def _looked_at(robot, selection, delta, y, steps, parts: Parts, bar: tqdm, level: int) -> Cell:
     """The numbers of all cells, chunk by chunk; those beside a fold are polished further."""
 
     def look(name: str, y) -> Cell:
@@ -271,13 +273,13 @@ def _looked_at(robot, selection, delta, y, steps, parts: Parts, bar: tqdm) -> Ce
     def look_at_all(name: str, y) -> Cell:
         def one(k: int) -> Cell:
             chunk = look(f"{name}-{k // _CHUNK:05}", y[k : k + _CHUNK])
-            bar.update(len(chunk.residual) // 2 if name == "cells" else 0)
+            bar.update(len(chunk.residual) // 2 if name.startswith("cells") else 0)
             return chunk
 
         chunks = in_parallel(one, range(0, len(y), _CHUNK))
         return Cell(*(np.concatenate(leaves) for leaves in zip(*chunks, strict=True)))
 
-    cells = look_at_all("cells", y)
+    cells = look_at_all(f"cells-{level}", y)
     n_a, n_q = robot.n_a, robot.n_a + robot.n_p
     for round_ in range(_POLISHED):
         rough = np.flatnonzero(~(cells.residual < TOLERANCE))
@@ -286,82 +288,7 @@ def _looked_at(robot, selection, delta, y, steps, parts: Parts, bar: tqdm) -> Ce
         better = y[rough].copy()
         better[:, :n_a] = cells.q_a[rough]
         better[:, n_q:] = cells.mu[rough].reshape(len(rough), -1)
-        polished = look_at_all(f"polished-{round_}", better)
+        polished = look_at_all(f"polished-{level}-{round_}", better)
         for leaf, part in zip(cells, polished, strict=True):
             leaf[rough] = part
     return cells
-
-
-def _lines(robot, grid: Grid, y, solved, cells: Cell, steps: int) -> dict[str, list[np.ndarray]]:
-    """Singular curves of both kinds on the sheet that the map shows, as points on the axes."""
-    sheet = _Sheet(robot, grid, y, solved)
-    sign = np.zeros(grid.shape)
-    sign[solved] = np.asarray(cells.sign_t2)
-    lines = {}
-    for name, kind in (("t1_line", SingularityType.TYPE_1), ("t2_line", SingularityType.TYPE_2)):
-        starts, along = (sheet.rim() if name == "t1_line" else sheet.crossings(sign))[:2]
-        curves = trace_curves(
-            robot,
-            kind,
-            starts * sheet.units,
-            along,
-            grid.axes,
-            box=grid.box,
-            spacing=float(np.max(grid.spacing)),
-            belongs=sheet.shows,
-            steps=steps,
-        )
-        lines[name] = [curve.y[:, list(grid.axes)] for curve in curves]
-    return lines
-
-
-class _Sheet:
-    """The solutions of a map as a surface over its grid."""
-
-    def __init__(self, robot: Robot, grid: Grid, y, solved) -> None:
-        self.grid, self.solved, self.n_a = grid, solved, robot.n_a
-        self.axes = list(grid.axes)
-        self.units = np.asarray(unknown_scales(robot))
-        self.y = np.where(solved[..., None], y, np.nan) / self.units
-
-    def crossings(self, sign):
-        """Middles of the edges at whose ends a sign differs, on one sheet; and their axis."""
-        starts, along = [], []
-        for axis in (0, 1):
-            low, high = (_along(axis, part) for part in (slice(None, -1), slice(1, None)))
-            gap = np.max(np.abs(self.y[low] - self.y[high])[..., : self.n_a], axis=-1)
-            changes = (sign[low] * sign[high] < 0.0) & (gap < _SAME_SHEET)
-            starts.append(0.5 * (self.y[low] + self.y[high])[changes])
-            along.append(np.full(len(starts[-1]), axis))
-        return np.concatenate(starts), np.concatenate(along)
-
-    def rim(self):
-        """Solved cells beside an unsolved one within the grid, and the axis across."""
-        starts, along = [], []
-        for axis in (0, 1):
-            for side in (-1, 1):
-                beside = np.roll(self.solved, -side, axis=axis)
-                beside[_along(axis, slice(-1, None) if side == 1 else slice(0, 1))] = True
-                starts.append(self.y[self.solved & ~beside])
-                along.append(np.full(len(starts[-1]), axis))
-        return np.concatenate(starts), np.concatenate(along)
-
-    def shows(self, z: np.ndarray) -> np.ndarray:
-        """Whether points of curves lie on the sheet that the cells around them are on."""
-        places = z[:, self.axes] * self.units[self.axes]
-        origin, spacing = self.grid.box[0], self.grid.spacing
-        nearest = np.rint((places - origin) / spacing).astype(int)
-        best = np.full(len(z), np.inf)
-        for i in (-1, 0, 1):
-            for j in (-1, 0, 1):
-                cell = np.clip(nearest + np.array([i, j]), 0, np.array(self.grid.shape) - 1)
-                # Wrenches change like a square root beside a fold, motors less.
-                there = self.y[cell[:, 0], cell[:, 1], : self.n_a]
-                gap = np.max(np.abs(there - z[:, : self.n_a]), axis=1)
-                best = np.fmin(best, np.where(np.isnan(gap), np.inf, gap))
-        return best < _SAME_SHEET
-
-
-def _along(axis: int, part: slice) -> tuple[slice, slice]:
-    """An index that cuts one of two axes."""
-    return (part, slice(None)) if axis == 0 else (slice(None), part)

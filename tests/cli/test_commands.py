@@ -108,8 +108,8 @@ def test_robots(capsys):
 def test_workspace(capsys, tmp_path):
     """A small map: its summary agrees with its file, and a second run resumes to the same."""
     out = str(tmp_path / "map")
-    argv = ["workspace", "rfrfr", "--out", out, "--spacing", "12mm", "--json"]
-    argv += ["--box", "0", "150mm", "60mm", "0.25"]
+    argv = ["workspace", "rfrfr", "--out", out, "--spacing", "24mm", "--json"]
+    argv += ["--box", "0", "150mm", "60mm", "0.25", "--refine", "1"]
     code, printed, _ = run(capsys, *argv)
     assert code == 0
     answer = json.loads(printed)
@@ -130,6 +130,8 @@ def test_workspace(capsys, tmp_path):
     ("options", "field"),
     [
         (["--spacing", "0"], "--spacing"),
+        (["--refine", "two"], "--refine"),
+        (["--refine", "9"], "refine"),
         (["--spacing", "2s"], "--spacing"),
         (["--box", "0", "0", "1mm", "1mm"], "box"),
         (["--max-torque", "-1"], "--max-torque"),

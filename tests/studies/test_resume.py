@@ -21,9 +21,9 @@ PROGRAM = """
 import os, sys
 import jax
 jax.config.update("jax_enable_x64", True)
-jax.config.update("jax_compilation_cache_dir", sys.argv[2])
-jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+import cpr_jax
 import cpr_jax.studies.workspace as workspace
+cpr_jax.use_cache(sys.argv[2])
 from cpr_jax.robots.catalogue import rfrfr
 workspace._SAVE_EVERY = 0.0
 print("ready", flush=True)

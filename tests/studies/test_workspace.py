@@ -7,8 +7,9 @@ import xarray as xr
 from cpr_jax.errors import InputError
 from cpr_jax.robots.catalogue import rfrfr
 from cpr_jax.statics.status import Status
+from cpr_jax.studies.limits import Limits
 from cpr_jax.studies.results import save_dataset
-from cpr_jax.studies.workspace import Limits, workspace_map
+from cpr_jax.studies.workspace import workspace_map
 from tests.oracles.planar_shooting import PlanarRobot, energy, forward, inverse, residual
 
 SPACING = 0.006
@@ -129,6 +130,27 @@ def test_the_left_half_is_the_mirror_image(robot, mapped):
     np.testing.assert_allclose(axes[len(axes) // 2 :], shared, rtol=1e-7)
 
 
+def test_refinement_beside_a_map_that_is_fine_everywhere(robot, mapped):
+    refined = workspace_map(robot, spacing=4 * SPACING, refine=2)
+    xr.testing.assert_equal(refined["y"], mapped["y"])
+    level = refined["level"].values
+    assert set(np.unique(level)) == {0, 1, 2}
+    fine, whole = refined["semi_axis_max"].values, mapped["semi_axis_max"].values
+    both = np.isfinite(fine) & np.isfinite(whole)
+    # Where it is fine it is the same, but for what is left of digits beside the singularity.
+    same = both & (level == 2)
+    np.testing.assert_allclose(fine[same], whole[same], rtol=1e-3)
+    # A block's number is not far from those of the cells it stands for.
+    assert np.max(np.abs(np.log(fine[both] / whole[both]))) < np.log(1.6)
+    assert np.mean(np.isfinite(fine) == np.isfinite(whole)) > 0.99
+    # Cells that were solved by themselves.
+    blocks = sum(np.sum(level == k) / 4 ** (2 - k) for k in range(3))
+    assert blocks < 0.6 * level.size
+    for line in ("t1_line", "t2_line"):
+        ends = [np.nanmax(m[line].values[..., 1]) for m in (refined, mapped)]
+        assert ends[0] == pytest.approx(ends[1], abs=SPACING)
+
+
 def test_limits_mark_cells_and_keep_their_numbers(robot):
     box = ((0.0, 0.15), (0.06, 0.25))
     free = workspace_map(robot, spacing=0.012, box=box)
@@ -155,6 +177,8 @@ def test_the_dataset_is_labelled_and_survives_a_file(mapped, tmp_path):
     ("options", "field"),
     [
         ({"spacing": -1.0}, "spacing"),
+        ({"refine": -1}, "refine"),
+        ({"refine": 1.5}, "refine"),
         ({"axes": ("y", "y")}, "axes"),
         ({"axes": ("y", "x")}, "axes"),
         ({"box": ((0.0, 0.0), (0.001, 0.001))}, "box"),
