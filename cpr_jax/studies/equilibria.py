@@ -175,7 +175,7 @@ def _recombined(robot: Robot, y, units, seed: int) -> np.ndarray:
         part = slice(n_q + leg * size, n_q + (leg + 1) * size)
         mixed[:, part] = y[rows[:, leg], part]
     wrenches = mixed[:, n_q:].reshape(_MIXED, robot.n, size)
-    wrenches = wrenches * rng.uniform(0.5, 3.5, (_MIXED, 1, 1))
+    wrenches = wrenches * rng.uniform(0.5, 5.0, (_MIXED, 1, 1))
     mixed[:, n_q:] = wrenches.reshape(_MIXED, -1)
     mixed[:, : robot.n_a] += rng.normal(scale=0.5, size=(_MIXED, robot.n_a)) * units[: robot.n_a]
     mixed[:, n_q:] += rng.normal(size=(_MIXED, robot.n * size)) * units[n_q:]

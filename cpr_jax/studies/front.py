@@ -238,14 +238,17 @@ class Front:
             far = self._mismatch(here, self.y[p], self.slope[p], there) > _SEAM
             pairs.append(np.stack([here[far], there[far]], axis=1))
         doubtful = np.concatenate(pairs)
+        if len(doubtful) == 0:
+            return seam[self.inner]
+        met, elsewhere = np.zeros((2, len(doubtful)), bool)
         for k in range(2):
-            if len(doubtful) == 0:
-                break
             source, goal = doubtful[:, k], doubtful[:, 1 - k]
             found = self._follow(source, goal)
             apart = np.max(np.abs(found.y - self.y[tuple(goal.T)]), axis=1) > 1e-6
-            # A way that ends at a fold leaves it to the other direction.
-            elsewhere = (found.status == Status.SOLVED) & apart
-            for cells in (source[elsewhere], goal[elsewhere]):
-                seam[tuple(cells.T)] = True
+            arrived = found.status == Status.SOLVED
+            met |= arrived & ~apart
+            elsewhere |= arrived & apart
+        # Beside a fold one direction may end where the other does not.
+        for cells in doubtful[elsewhere | ~met].swapaxes(0, 1):
+            seam[tuple(cells.T)] = True
         return seam[self.inner]
