@@ -11,7 +11,8 @@ jax.config.update("jax_enable_x64", True)
 from cpr_jax.atomic import write_atomically  # noqa: E402
 from cpr_jax.plain import plain  # noqa: E402
 
-from .monte_carlo import REQUIRED, Outcome, run  # noqa: E402
+from .monte_carlo import POINT, REQUIRED, Outcome, run  # noqa: E402
+from .peers import ACCURACY, PeerRow, run_peers  # noqa: E402
 from .timing import environment  # noqa: E402
 
 
@@ -26,6 +27,13 @@ def main() -> int:
         help="samples of the smaller study; the larger has ten times as many (default: 2000)",
     )
     parser.add_argument(
+        "--peer-samples",
+        type=_positive,
+        default=50_000,
+        metavar="N",
+        help="samples beside the other peers; slow ones solve fewer (default: 50000)",
+    )
+    parser.add_argument(
         "--rounds", type=_positive, default=7, metavar="R", help="repeats (default: 7)"
     )
     parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="write the numbers")
@@ -37,10 +45,14 @@ def main() -> int:
     print(f"Load average {before['load']} before, {load_after} after; {before['cores']} cores.")
     print(", ".join(f"{name} {version}" for name, version in before["versions"].items()))
     print_tables(outcome)
+    rows, missing = run_peers(POINT, arguments.peer_samples, arguments.rounds)
+    print_peers(rows, missing)
     if arguments.json is not None:
         report = {
             "rows": [row._asdict() for row in outcome.rows],
             "first_calls": {name: call._asdict() for name, call in outcome.first_calls.items()},
+            "peers": [row._asdict() for row in rows],
+            "missing_peers": missing,
             "required_ratio": REQUIRED,
             "environment": {**before, "load_after": load_after},
         }
@@ -67,6 +79,20 @@ def print_tables(outcome: Outcome) -> None:
         for peer, ratio in row.ratios.items():
             verdict = "holds" if ratio >= REQUIRED else "does not hold"
             print(f"{row.name:20}{row.samples:7} beside {peer:18}{ratio:7.0f}×  {verdict}")
+
+
+def print_peers(rows: list[PeerRow], missing: list[str]) -> None:
+    """Prints the other peers, and which are missing."""
+    print(f"\nOther peers, errors of at most {ACCURACY:.0e} m")
+    print(f"{'':44}{'samples':>8}{'first call':>12}{'time':>12}{'error':>9}{'times':>9}")
+    for row in rows:
+        wall = 1e6 * row.wall
+        print(
+            f"{row.name:44}{row.samples:8}{row.first:10.2f} s{wall:9.2f} µs"
+            f"{row.error:9.0e}{row.ratio:8.1f}×"
+        )
+    for line in missing:
+        print(line)
 
 
 def _positive(text: str) -> int:
