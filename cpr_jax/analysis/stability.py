@@ -62,11 +62,15 @@ def stability(robot: Robot, equilibrium: Equilibrium, steps: int = DEFAULT_STEPS
 
 @program
 def _stability(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Stability:
-    return count_unstable(robot, y, steps)
+    return count_unstable(robot, y, steps)[0]
 
 
-def count_unstable(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Stability:
-    """`stability` at the unknowns `y`, for one configuration; not compiled by itself."""
+def count_unstable(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[Stability, RodState]:
+    """`stability` at the unknowns `y`, for one configuration; not compiled by itself.
+
+    **Returns:** also the states at the `steps + 1` ends of the pieces of each rod, in world axes,
+    stacked by leg.
+    """
     robot, y = jax.lax.stop_gradient((robot, y))
     geometry = robot.geometry
     d = geometry.d
@@ -78,7 +82,7 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Stabili
         orientation = geometry.exp(state.q_p[d:])
 
     def one(leg: Leg, q, mu):
-        pieces, tip = _pieces(geometry, leg, q, mu, steps)
+        pieces, nodes, tip = _pieces(geometry, leg, q, mu, steps)
         both = jnp.concatenate([pose, wrench])
         pieces = pieces / both[:, None] * both[d:]
         flexibility = _tip_flexibility(geometry, pieces) + _SOFTENING * jnp.eye(mu.size)
@@ -114,18 +118,19 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Stabili
         if robot.oriented:
             turned = _lever(geometry, arm, tip.force) / (units.force * units.length)
             seen = seen.at[d:, d:].add(-turned)
-        return clamped + negative_eigenvalues(inner), seen
+        return clamped + negative_eigenvalues(inner), seen, nodes
 
-    legs, stiffnesses = jax.vmap(one)(robot.legs, robot.transmission @ state.q_a, state.mu)
+    legs, stiffnesses, nodes = jax.vmap(one)(robot.legs, robot.transmission @ state.q_a, state.mu)
     stiffness = jnp.sum(stiffnesses, axis=0)
     index = jnp.sum(legs) + negative_eigenvalues(0.5 * (stiffness + stiffness.T))
     known = jnp.all(jnp.isfinite(stiffness))
     si = stiffness * wrench[: robot.n_p, None] / pose[: robot.n_p]
-    return Stability(jnp.where(known, index, -1), jnp.where(known, legs, -1), si)
+    counted = Stability(jnp.where(known, index, -1), jnp.where(known, legs, -1), si)
+    return counted, nodes
 
 
 def _pieces(geometry: AbstractGeometry, leg: Leg, q, mu, steps: int):
-    """Tangents of the pieces into which the steps cut a rod, and its tip, in world axes.
+    """Tangents of the pieces into which the steps cut a rod, their ends and its tip, world axes.
 
     Of each piece `∂(p, φ, n, m)` at its end in `(φ, n, m)` at its start, the start's position
     held. In space moments are taken with half the turn of their axes, `δm - ½ δφ × m`: position
@@ -165,11 +170,12 @@ def _pieces(geometry: AbstractGeometry, leg: Leg, q, mu, steps: int):
 
     def forward(start: RodState, _):
         tangents, end = jax.jacfwd(move, has_aux=True)(jnp.zeros(d + 2 * r), start)
-        return end, tangents
+        return end, (tangents, end)
 
     start = RodState(base.position, jnp.stack(base.rotation), mu[:d], mu[d:])
-    tip, tangents = jax.lax.scan(forward, start, length=steps)
-    return tangents, tip
+    tip, (tangents, ends) = jax.lax.scan(forward, start, length=steps)
+    nodes = jax.tree.map(lambda first, rest: jnp.concatenate([first[None], rest]), start, ends)
+    return tangents, nodes, tip
 
 
 def _tip_flexibility(geometry: AbstractGeometry, pieces):

@@ -12,10 +12,10 @@ from ..analysis.parameters import Selection
 from ..analysis.stability import count_unstable
 from ..programs import program
 from ..robots.robot import Robot
-from ..rods.integration import rod_shape
+from ..rods.equations import RodState
 from ..statics.linear import inverse_with_sign, norm_2, row_axes
 from ..statics.measures import energy_and_bows, motor_torques
-from ..statics.residual import leg_base, residual
+from ..statics.residual import residual
 from ..statics.unknowns import unknown_scales, unravel
 
 Array: TypeAlias = jaxtyping.Array | np.ndarray
@@ -97,7 +97,8 @@ def _look(robot: Robot, selection: Selection, delta, y, steps: int) -> Cell:
     stretch, _ = row_axes(J)
     energy, bows = energy_and_bows(robot, y, steps)
     state = unravel(robot, y)
-    curvature, moment = _strongest(robot, y, steps)
+    counted, nodes = count_unstable(robot, y, steps)
+    curvature, moment = _strongest(robot, nodes)
     return Cell(
         q_a=state.q_a,
         mu=state.mu,
@@ -114,26 +115,22 @@ def _look(robot: Robot, selection: Selection, delta, y, steps: int) -> Cell:
         manipulability_condition=stretch[-1] / stretch[0],
         curvature=curvature,
         moment=moment,
-        unstable=count_unstable(robot, y, steps).index,
+        unstable=counted.index,
         residual=jnp.max(jnp.abs(residual(robot, state, steps))),
     )
 
 
-def _strongest(robot: Robot, y, steps: int):
-    """Largest curvature and largest internal moment at the steps along all rods."""
+def _strongest(robot: Robot, nodes: RodState):
+    """Largest curvature and largest internal moment at nodes along the rods."""
     geometry = robot.geometry
-    state = unravel(robot, y)
 
-    def one(leg, q, mu):
-        base = leg_base(geometry, leg, q, mu)
-        along = rod_shape(geometry, base.rod, base.force, base.moment, steps)
-
+    def one(rod, rotation, moment):
         def at(rotation, moment):
             local = jnp.stack(geometry.to_local(rotation, moment))
-            curved = base.rod.curvature_compliance * local + base.rod.precurvature
+            curved = rod.curvature_compliance * local + rod.precurvature
             return jnp.sqrt(jnp.sum(curved**2)), jnp.sqrt(jnp.sum(local**2))
 
-        return jax.tree.map(jnp.max, jax.vmap(at)(along.rotation, along.moment))
+        return jax.tree.map(jnp.max, jax.vmap(at)(rotation, moment))
 
-    both = jax.vmap(one)(robot.legs, robot.transmission @ state.q_a, state.mu)
+    both = jax.vmap(one)(robot.legs.rod, nodes.rotation, nodes.moment)
     return jax.tree.map(jnp.max, both)

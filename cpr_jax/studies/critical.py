@@ -113,4 +113,5 @@ def _look(robot: Robot, selection: Selection, held, value, y, steps: int):
     root = find_root(Problem(varied, forward_rows(varied), held), y, steps=steps)
     moved = jnp.max(jnp.abs(root.y - y) / unknown_scales(robot))
     good = (root.status == Status.SOLVED) & (moved < _FARTHEST)
-    return root.y, good, count_unstable(varied, root.y, steps).index
+    counted, _ = count_unstable(varied, root.y, steps)
+    return root.y, good, counted.index

@@ -215,7 +215,8 @@ def _look(problem: Problem, y, steps: int):
         good = root.status == Status.SOLVED
         good &= jnp.max(jnp.abs(root.y - y) / unknown_scales(robot)) < 1e-3
         energy, bows = energy_and_bows(robot, root.y, steps)
-        return root.y, good, energy, count_unstable(robot, root.y, steps).index, bows
+        counted, _ = count_unstable(robot, root.y, steps)
+        return root.y, good, energy, counted.index, bows
 
     return jax.vmap(one)(y)
 

@@ -56,11 +56,11 @@ class CaseStudy(NamedTuple):
 def case_study(samples: int = 2000, seed: int = 0, progress: bool = False) -> CaseStudy:
     """Runs the case study of Section 3 with `samples` samples at each point."""
     robot = rfrfr()
-    equilibria = {name: solve_inverse(robot, point) for name, point in POINTS.items()}
     # Side by side: the map is traced by Python while the samples are solved by XLA. One number of
     # steps serves all points, so that fewer programs are compiled.
     with ThreadPoolExecutor(1) as pool:
-        mapping = pool.submit(workspace_map, robot, equilibria["A"], spacing=MAP_SPACING)
+        mapping = pool.submit(workspace_map, robot, spacing=MAP_SPACING)
+        equilibria = {name: solve_inverse(robot, point) for name, point in POINTS.items()}
         studies = {
             name: monte_carlo(
                 robot, equilibrium, samples, seed, steps=DEFAULT_STEPS, progress=progress
