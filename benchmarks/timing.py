@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import jax
 
-from cpr_jax.studies.results import versions
+from cpr_jax.studies.versions import versions
 
 
 class Timing(NamedTuple):

@@ -15,7 +15,8 @@ from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium
 from ..studies.paper import POINTS, CaseStudy, case_study
 from ..studies.report import markdown_report
-from ..studies.results import samples_dataset, save_dataset, versions
+from ..studies.results import samples_dataset, save_dataset
+from ..studies.versions import versions
 from .clouds import plot_clouds
 from .robot import plot_robot
 from .style import BLACK, BLUE, COLUMN, GREY, ORANGE, PAGE, VERMILION, journal_style, save_figure

@@ -46,8 +46,8 @@ def advance(
     robot: Robot,
     imposed: Float[Array, "n_a n_q"],
     axes: tuple[int, ...],
-    guess: Float[Array, "lanes n_y"],
-    goal: Float[Array, "lanes n_q"],
+    guess: Float[Array | np.ndarray, "lanes n_y"],
+    goal: Float[Array | np.ndarray, "lanes n_q"],
     steps: int = DEFAULT_STEPS,
 ) -> Nearby:
     """Newton's method from predictions, undamped: it converges at once or the caller goes slower.

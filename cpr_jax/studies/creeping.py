@@ -1,13 +1,12 @@
 """Many ways along a branch at once, at once where that works and step by step where not."""
 
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from ..robots.robot import Robot
 from ..statics.advance import DEVIATION, Nearby, advance
 from ..statics.status import Status
-from .parallel import in_parallel
+from .parallel import in_parallel, on_devices
 
 LANES = 128
 """Ways in one call of a compiled program."""
@@ -27,12 +26,14 @@ def advance_all(
 ) -> Nearby:
     """`advance` for any number of ways, in batches of one size, in numpy."""
 
+    places = on_devices((robot, imposed))
+
     def batch(k: int) -> Nearby:
         parts = guess[k : k + LANES], goal[k : k + LANES]
         spare = LANES - len(parts[0])
         lanes = [np.concatenate([part, np.repeat(part[-1:], spare, axis=0)]) for part in parts]
-        padded, goals = map(jnp.asarray, lanes)
-        found = advance(robot, imposed, axes, padded, goals, steps)
+        here, rows = places[k // LANES % len(places)]
+        found = advance(here, rows, axes, lanes[0], lanes[1], steps)
         return Nearby(*(np.asarray(leaf) for leaf in found))
 
     parts = in_parallel(batch, range(0, len(guess), LANES))

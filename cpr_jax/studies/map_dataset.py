@@ -12,7 +12,7 @@ from ..statics.status import Status
 from ..statics.unknowns import unknown_labels, unknown_units
 from .cells import Cell
 from .grid import Grid
-from .results import versions
+from .versions import versions
 
 
 class Found(NamedTuple):

@@ -1,9 +1,12 @@
 """Monte Carlo: where the platform ends up when the parameters vary at random."""
 
 import enum
+import os
+import pathlib
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, TypeVar
 
+import jax
 import numpy as np
 from jaxtyping import Float
 from scipy.special import betaincinv
@@ -20,7 +23,11 @@ from ..statics.accuracy import TOLERANCE, error_with, steps_for
 from ..statics.equilibrium import Equilibrium
 from ..statics.status import Status
 from .draws import Distribution
+from .parts import Parts, digest
+from .processes import gathered, gathered_tables, own_share
 from .samples import CHUNK, WINDOW, Options, Prediction, Samples, Study, solve_window
+from .tally import from_row, merged, tally
+from .versions import versions
 
 _Kind = TypeVar("_Kind", bound=enum.Enum)
 
@@ -77,6 +84,8 @@ def monte_carlo(
     keep: int = 100_000,
     tolerance: float = TOLERANCE,
     steps: int | None = None,
+    folder: str | os.PathLike | None = None,
+    resume: bool = False,
     progress: bool = False,
 ) -> MonteCarlo:
     """Solves the robot for random parameters, with the motors where the equilibrium has them.
@@ -95,7 +104,11 @@ def monte_carlo(
     - `keep`: how many samples to keep; the counts are of all of them.
     - `tolerance`: error of a rod's tip, in lengths of the rod, from which the number of
         integration steps is chosen, unless `steps` gives it.
+    - `folder`: where finished windows are kept while the study runs; `resume`: go on with them.
     - `progress`: show a progress bar on standard error.
+
+    Batches go to all local devices, windows to all processes of `jax.distributed`, of which each
+    gets the whole result; the numbers are the same.
     """
     if isinstance(samples, bool) or not isinstance(samples, int) or samples < 1:
         raise InputError(f"Argument `samples` must be a positive integer, but it is {samples!r}.")
@@ -119,32 +132,48 @@ def monte_carlo(
         steps = steps_for(error, tolerance)
     options = Options(selection, drawn, predicted, steps)
 
-    tally = _Tally(robot.geometry.d)
-    kept: list[Samples] = []
+    parts = _parts(folder, resume, study, options, seed, samples, keep)
+    counts, kept = [], []
+    starts = range(0, samples, WINDOW * CHUNK)
     with tqdm(total=samples, unit="sample", disable=not progress) as bar:
-        for start in range(0, samples, WINDOW * CHUNK):
+        for start in own_share(starts):
             size = min(WINDOW * CHUNK, samples - start)
-            window = solve_window(study, options, seed, start, size)
-            tally.add(window)
+            name = f"window-{start:012}"
+            found = parts.load(name)
+            if found is None:
+                window = solve_window(study, options, seed, start, size)
+                found = {"tally": tally(window, robot.geometry.d).row()}
+                if start < keep:
+                    found["samples"] = _table(window)
+                parts.save(name, found)
+            counts.append(found["tally"])
             if start < keep:
-                kept.append(Samples(*(part[: keep - start] for part in window)))
-            bar.update(size)
-
-    rho, q_p, status, inside, _ = (np.concatenate(parts) for parts in zip(*kept, strict=True))
+                kept.append(found["samples"])
+            bar.update(min(size * jax.process_count(), samples - bar.n))
+    d, n_rho = robot.geometry.d, len(selection.labels)
+    rows = gathered(np.array(counts).reshape(len(counts), 4 + d + d * d), len(starts))
+    total = merged((from_row(row, d) for row in rows), d)
+    width = n_rho + robot.n_p + 2
+    tables = len([start for start in starts if start < keep])
+    table = gathered_tables(kept, (WINDOW * CHUNK, width), tables)
+    rho, q_p, status, inside = np.split(
+        table[: min(keep, samples)], [n_rho, n_rho + robot.n_p, width - 1], axis=1
+    )
+    parts.clear()
     return MonteCarlo(
         rho=rho,
         q_p=q_p,
-        status=status,
-        inside=inside,
+        status=status[:, 0].astype(int),
+        inside=inside[:, 0] != 0.0,
         samples=samples,
-        solved=tally.solved,
-        lost=tally.lost,
-        failed=samples - tally.solved - tally.lost,
-        coverage=tally.inside / samples,
-        coverage_interval=clopper_pearson(tally.inside, samples),
-        mean=tally.mean,
-        covariance=tally.covariance,
-        followed=tally.followed,
+        solved=total.solved,
+        lost=total.lost,
+        failed=samples - total.solved - total.lost,
+        coverage=total.inside / samples,
+        coverage_interval=clopper_pearson(total.inside, samples),
+        mean=total.mean,
+        covariance=total.covariance,
+        followed=total.followed,
         steps=steps,
         error=error_with(error, steps),
         sensitivity=nominal,
@@ -170,30 +199,27 @@ def _option(kind: type[_Kind], name: str, value: object) -> _Kind:
         ) from None
 
 
-class _Tally:
-    """Counts and moments of the samples so far (Chan's update of the covariance)."""
+def _table(window: Samples) -> np.ndarray:
+    """What is kept of a window, a row a sample."""
+    columns = window.rho, window.q_p, window.status[:, None], window.inside[:, None]
+    return np.concatenate(columns, axis=1)
 
-    def __init__(self, d: int) -> None:
-        self.solved = self.lost = self.inside = self.followed = 0
-        self.mean = np.zeros(d)
-        self._scatter = np.zeros((d, d))
 
-    def add(self, window: Samples) -> None:
-        solved = window.status == Status.SOLVED
-        points = window.q_p[solved][:, : self.mean.size]
-        self.lost += int(np.sum(window.status == Status.LOST))
-        self.inside += int(np.sum(window.inside))
-        self.followed += int(np.sum(window.followed))
-        if len(points) == 0:
-            return
-        mean = points.mean(axis=0)
-        shift = mean - self.mean
-        total = self.solved + len(points)
-        self._scatter += (points - mean).T @ (points - mean)
-        self._scatter += np.outer(shift, shift) * self.solved * len(points) / total
-        self.mean = self.mean + shift * len(points) / total
-        self.solved = total
-
-    @property
-    def covariance(self) -> np.ndarray:
-        return self._scatter / max(self.solved - 1, 1)
+def _parts(folder, resume, study: Study, options: Options, seed, samples, keep) -> Parts:
+    """Finished windows; each process has its own."""
+    configuration = {
+        "study_digest": digest(study),
+        "parameters": list(options.selection.labels),
+        "distribution": options.distribution.value,
+        "prediction": options.prediction.value,
+        "steps": options.steps,
+        "seed": seed,
+        "samples": samples,
+        "keep": keep,
+        "processes": jax.process_count(),
+        "versions": versions(),
+    }
+    place = None
+    if folder is not None:
+        place = pathlib.Path(folder) / f"process-{jax.process_index()}"
+    return Parts(place, configuration, resume)

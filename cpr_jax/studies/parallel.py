@@ -1,21 +1,30 @@
-"""Independent batches on all cores."""
+"""Independent batches on all cores and devices."""
 
 import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
+import jax
+
 _In = TypeVar("_In")
 _Out = TypeVar("_Out")
 
 WORKERS = min(4, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 2)
-"""Batches in flight: XLA leaves cores idle on arrays as small as those of one batch."""
+"""Batches in flight on a device: XLA leaves cores idle on arrays as small as those of one."""
+
+
+def on_devices(tree: _In) -> list[_In]:
+    """A pytree on each local device, for batches to take turns."""
+    devices = jax.local_devices()
+    return [tree] if len(devices) == 1 else [jax.device_put(tree, device) for device in devices]
 
 
 def in_parallel(function: Callable[[_In], _Out], items: Iterable[_In]) -> list[_Out]:
     """`function` of each item, in order; several at a time, each by itself deterministic."""
     work = list(items)
-    if len(work) < 2 or WORKERS < 2:
+    workers = max(WORKERS, jax.local_device_count())
+    if len(work) < 2 or workers < 2:
         return [function(item) for item in work]
-    with ThreadPoolExecutor(WORKERS) as pool:
+    with ThreadPoolExecutor(workers) as pool:
         return list(pool.map(function, work))

@@ -1,6 +1,5 @@
 """Labelled results and their files."""
 
-import importlib.metadata
 import json
 import os
 import pathlib
@@ -12,12 +11,7 @@ import xarray as xr
 from ..atomic import write_atomically
 from ..statics.status import Status
 from .monte_carlo import MonteCarlo
-
-
-def versions() -> dict[str, str]:
-    """Versions of this package and of those its numbers depend on."""
-    names = ("cpr_jax", "jax", "diffrax", "optimistix", "numpy")
-    return {name: importlib.metadata.version(name) for name in names}
+from .versions import versions
 
 
 def samples_dataset(

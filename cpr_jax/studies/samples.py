@@ -20,7 +20,7 @@ from ..statics.linear import solve_with_sign
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
 from .draws import Distribution, draw
-from .parallel import in_parallel
+from .parallel import in_parallel, on_devices
 
 CHUNK = 1024
 """Samples solved at once: their states fit into a core's cache."""
@@ -79,11 +79,12 @@ class Samples(NamedTuple):
 
 def solve_window(study: Study, options: Options, seed: int, first: int, count: int) -> Samples:
     """Draws and solves the samples with the numbers `first` to `first + count - 1`."""
-    # As arrays: Python numbers would be compiled in.
-    numbered = jnp.asarray(np.int64(seed))
+    studies = on_devices(study)
 
     def at_once(start: int):
-        found = _solve_chunk(study, options, numbered, jnp.asarray(np.int64(start)))
+        here = studies[start // CHUNK % len(studies)]
+        # As arrays: Python numbers would be compiled in.
+        found = _solve_chunk(here, options, np.asarray(seed), np.asarray(start))
         return [np.asarray(part) for part in found]
 
     chunks = in_parallel(at_once, range(first, first + count, CHUNK))

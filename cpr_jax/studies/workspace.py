@@ -26,12 +26,13 @@ from .front import Front
 from .grid import Grid, make_grid, out_of_reach
 from .limits import Limits
 from .map_dataset import Found, map_dataset
-from .parallel import in_parallel
+from .parallel import in_parallel, on_devices
 from .parts import Parts, digest
 from .refinement import refined, representatives
-from .results import save_dataset, versions
+from .results import save_dataset
 from .sheet import singular_lines
 from .symmetry import is_mirror_symmetric
+from .versions import versions
 
 _CHUNK = 1024
 """Cells looked at in one call; finished ones are kept."""
@@ -260,19 +261,22 @@ def _followed(front: Front, parts: Parts, bar: tqdm, level: int, stride: int) ->
 def _looked_at(robot, selection, delta, y, steps, parts: Parts, bar: tqdm, level: int) -> Cell:
     """The numbers of all cells, chunk by chunk; those beside a fold are polished further."""
 
-    def look(name: str, y) -> Cell:
+    places = on_devices((robot, delta))
+
+    def look(name: str, y, turn: int) -> Cell:
         known = parts.load(name)
         if known is not None:
             return Cell(**known)
         padded = np.concatenate([y, np.repeat(y[-1:], _CHUNK - len(y), axis=0)])
-        looked = look_at_cells(robot, selection, delta, jnp.asarray(padded), steps)
+        here, half_ranges = places[turn % len(places)]
+        looked = look_at_cells(here, selection, half_ranges, padded, steps)
         chunk = Cell(*(np.array(leaf)[: len(y)] for leaf in looked))
         parts.save(name, chunk._asdict())
         return chunk
 
     def look_at_all(name: str, y) -> Cell:
         def one(k: int) -> Cell:
-            chunk = look(f"{name}-{k // _CHUNK:05}", y[k : k + _CHUNK])
+            chunk = look(f"{name}-{k // _CHUNK:05}", y[k : k + _CHUNK], k // _CHUNK)
             bar.update(len(chunk.residual) // 2 if name.startswith("cells") else 0)
             return chunk
 
