@@ -2,6 +2,7 @@
 
 import json
 import os
+import pathlib
 import sys
 
 import jax
@@ -94,6 +95,7 @@ def monte_carlo(
     distribution: str,
     prediction: str,
     out: str | None,
+    resume: bool,
     as_json: bool,
 ) -> int:
     """Samples the parameters and prints the coverage of the ellipsoid."""
@@ -110,12 +112,15 @@ def monte_carlo(
         delta=request.delta,
         distribution=distribution,
         prediction=prediction,
+        folder=None if out is None else f"{out}.parts",
+        resume=resume,
         progress=sys.stderr.isatty(),
     )
     if out is not None:
         n_a = robot.n_a
         units = unknown_units(robot)[n_a : n_a + robot.n_p]
         save_dataset(samples_dataset([result], ["point"], units), out)
+        pathlib.Path(f"{out}.parts").rmdir()
     if as_json:
         print_json(
             {

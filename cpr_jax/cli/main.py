@@ -46,6 +46,8 @@ def _run(arguments) -> int:
     request = inputs.check(arguments)
     if arguments.command == "monte-carlo":
         samples = inputs.positive_integer("--samples", arguments.samples)
+        if arguments.resume and arguments.out is None:
+            raise InputError("Argument `--resume` must come with `--out`, but there is none.")
         seed = inputs.positive_integer("--seed", arguments.seed, least=0)
     if arguments.command == "workspace":
         options = inputs.check_map(arguments)
@@ -67,6 +69,7 @@ def _run(arguments) -> int:
             arguments.distribution,
             arguments.prediction,
             arguments.out,
+            arguments.resume,
             arguments.json,
         )
     except commands.NoSolution as failure:

@@ -65,10 +65,13 @@ def build_parser() -> argparse.ArgumentParser:
     sampling.add_argument(
         "--prediction",
         choices=("tangent", "second-order"),
-        default="tangent",
-        help="where the iteration starts (default: tangent)",
+        default="second-order",
+        help="where the iteration starts (default: second-order)",
     )
     sampling.add_argument("--out", metavar="FILE.nc", help="write the samples as NetCDF")
+    sampling.add_argument(
+        "--resume", action="store_true", help="go on with an interrupted run to FILE.nc"
+    )
 
     mapping = add("workspace", "map of a branch: sensitivity, singularities, stability")
     mapping.add_argument("robot", metavar="ROBOT", help="catalogue name or robot file")

@@ -221,5 +221,5 @@ def _parts(folder, resume, study: Study, options: Options, seed, samples, keep) 
     }
     place = None
     if folder is not None:
-        place = pathlib.Path(folder) / f"process-{jax.process_index()}"
+        place = pathlib.Path(folder) / f"parts-{jax.process_index()}"
     return Parts(place, configuration, resume)

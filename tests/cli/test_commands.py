@@ -81,6 +81,7 @@ def test_monte_carlo_with_a_file(capsys, tmp_path):
         assert dataset.sizes["sample"] == 2000
         assert list(dataset.parameter.values) == answer["parameters"]
         assert float(dataset.inside.mean()) == answer["coverage"]
+    assert [path.name for path in tmp_path.iterdir()] == ["samples.nc"]
 
 
 def test_text_output_names_what_it_prints(capsys):
