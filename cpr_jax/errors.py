@@ -25,3 +25,14 @@ def shown(value: object) -> str:
     except ValueError:  # Python refuses to print integers of thousands of digits.
         return "a number too long to print"
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
+
+
+def check_integer(name: str, value: object, least: int = 1, most: int | None = None) -> None:
+    """Refuses an argument that is not an integer within bounds."""
+    fits = isinstance(value, int) and not isinstance(value, bool)
+    if fits and value >= least and (most is None or value <= most):  # type: ignore[operator]
+        return
+    expected = f"an integer from {least} " + ("on" if most is None else f"to {most}")
+    if (least, most) == (1, None):
+        expected = "a positive integer"
+    raise InputError(f"Argument `{name}` must be {expected}, but it is {shown(value)}.")

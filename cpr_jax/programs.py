@@ -73,7 +73,6 @@ class _Program:
         functools.update_wrapper(self, function)
         self._function = function
         self._jitted = eqx.filter_jit(function)
-        self.lower: Callable[..., Any] = self._jitted.lower  # type: ignore[attr-defined]
         self._known: dict[Any, _Loaded | None] = {}
         self._lock = threading.Lock()
         self._busy: dict[Any, threading.Lock] = {}

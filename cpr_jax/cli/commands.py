@@ -149,6 +149,8 @@ def monte_carlo(
 
 def paper(out: str, samples: int, seed: int, as_json: bool) -> int:
     """Makes the figures, the samples and the report of the paper."""
+    # At once, so that a folder that cannot be is refused before anything is computed.
+    pathlib.Path(out).mkdir(parents=True, exist_ok=True)
     start_jax()
     from ..plotting.paper import make_paper
 

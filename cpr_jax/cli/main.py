@@ -26,6 +26,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         return EXIT_INPUT
     except BrokenPipeError:
         return 0
+    except OSError as error:
+        # What is read has messages of its own; what is left is what a command writes.
+        reason = error.strerror or str(error)
+        _complain(
+            f"Argument `--out` must be a place to write to, but {error.filename!r} is not: {reason}."
+        )
+        return EXIT_INPUT
     except KeyboardInterrupt:
         _complain("interrupted")
         return 130

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from ..errors import InputError
+from ..errors import InputError, check_integer
 from ..geometry import Numbers, namespace
 from ..programs import program
 from ..robots.robot import Robot
@@ -176,8 +176,7 @@ def _padded(values: Array, before: int, after: int) -> Array:
 def _check_call(robot: Any, guess: Any, steps: Any) -> None:
     if not isinstance(robot, Robot):
         raise InputError(f"Argument `robot` must be a Robot, but it is a {type(robot).__name__}.")
-    if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
-        raise InputError(f"Argument `steps` must be a positive integer, but it is {steps!r}.")
+    check_integer("steps", steps)
     if guess is None:
         return
     if not isinstance(guess, Equilibrium):

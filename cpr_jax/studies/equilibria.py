@@ -10,7 +10,7 @@ from jaxtyping import Float
 from scipy.stats import qmc
 
 from ..analysis.stability import count_unstable
-from ..errors import InputError
+from ..errors import InputError, check_integer
 from ..geometry import Numbers
 from ..programs import program
 from ..robots.robot import Robot
@@ -93,6 +93,9 @@ def find_equilibria(
     """
     if (point is None) == (q_a is None):
         raise InputError("Arguments `point` and `q_a` must be given one and not the other.")
+    check_integer("starts", starts)
+    check_integer("seed", seed, least=0)
+    check_integer("steps", steps)
     n_a, n_p = robot.n_a, robot.n_p
     if point is not None:
         imposed, size, name, given = inverse_rows(robot), n_p, "point", point

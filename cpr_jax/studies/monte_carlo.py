@@ -16,7 +16,7 @@ from ..analysis.ellipsoid import Ellipsoid, ellipsoid
 from ..analysis.expansion import expand
 from ..analysis.parameters import ranges, select
 from ..analysis.sensitivity import Sensitivity, sensitivity
-from ..errors import InputError
+from ..errors import InputError, check_integer, shown
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.accuracy import TOLERANCE, error_with, steps_for
@@ -110,10 +110,17 @@ def monte_carlo(
     Batches go to all local devices, windows to all processes of `jax.distributed`, of which each
     gets the whole result; the numbers are the same.
     """
-    if isinstance(samples, bool) or not isinstance(samples, int) or samples < 1:
-        raise InputError(f"Argument `samples` must be a positive integer, but it is {samples!r}.")
-    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise InputError(f"Argument `seed` must be an integer from 0 on, but it is {seed!r}.")
+    check_integer("samples", samples)
+    check_integer("seed", seed, least=0)
+    check_integer("keep", keep, least=0)
+    if steps is not None:
+        check_integer("steps", steps)
+    if not (isinstance(tolerance, float) and 0.0 < tolerance < 1.0):
+        raise InputError(
+            f"Argument `tolerance` must be a number between 0 and 1, but it is {shown(tolerance)}."
+        )
+    if resume and folder is None:
+        raise InputError("Argument `folder` must be given to resume a study, but it is None.")
     drawn = _option(Distribution, "distribution", distribution)
     predicted = _option(Prediction, "prediction", prediction)
     if int(equilibrium.status) != Status.SOLVED:

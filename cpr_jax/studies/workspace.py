@@ -13,7 +13,7 @@ import xarray as xr
 from tqdm import tqdm
 
 from ..analysis.parameters import Selection, ranges, select
-from ..errors import InputError
+from ..errors import InputError, check_integer
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium, solve_inverse
@@ -107,10 +107,10 @@ def workspace_map(
         start = robot.home.q_p
     else:
         raise InputError("Argument `seed` must be given for a robot without a home configuration.")
-    if isinstance(refine, bool) or not isinstance(refine, int) or not 0 <= refine <= _FINEST:
-        raise InputError(
-            f"Argument `refine` must be an integer from 0 to {_FINEST}, but it is {refine!r}."
-        )
+    check_integer("refine", refine, least=0, most=_FINEST)
+    check_integer("steps", steps)
+    if resume and out is None:
+        raise InputError("Argument `out` must be given to resume a map, but it is None.")
     step = float(jnp.mean(robot.legs.rod.length)) / 100.0 if spacing is None else float(spacing)
     step /= 2**refine
     corners = None if box is None else np.asarray(box, float)

@@ -142,3 +142,21 @@ def test_workspace_names_mistakes(capsys, tmp_path, options, field):
     code, out, err = run(capsys, "workspace", "rfrfr", "--out", str(tmp_path / "m"), *options)
     assert (code, out) == (2, "")
     assert field in err
+
+
+@pytest.mark.parametrize(
+    "argv",
+    [
+        ("paper",),
+        ("workspace", "rfrfr", "--spacing", "20mm"),
+        ("monte-carlo", "rfrfr", "--point", "0", "0.2"),
+    ],
+    ids=lambda argv: argv[0],
+)
+def test_a_place_that_cannot_be_written_is_refused(capsys, tmp_path, argv):
+    blocked = tmp_path / "file"
+    blocked.write_text("not a folder")
+    code, out, err = run(capsys, *argv, "--out", str(blocked / "x"))
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1
+    assert "--out" in err and "file" in err

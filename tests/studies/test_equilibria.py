@@ -90,6 +90,9 @@ def test_forward_solutions(robot, found):
         ({}, "point"),
         ({"point": (0.0, 0.1), "q_a": (0.0, 0.1)}, "q_a"),
         ({"point": (0.0,)}, "point"),
+        ({"point": (0.1, 0.8), "starts": 0}, "starts"),
+        ({"point": (0.1, 0.8), "seed": 0.5}, "seed"),
+        ({"point": (0.1, 0.8), "steps": True}, "steps"),
     ],
 )
 def test_mistakes_are_named(robot, options, field):

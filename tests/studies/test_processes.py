@@ -13,17 +13,6 @@ from cpr_jax.studies.monte_carlo import monte_carlo
 from .separate import run
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    return tmp_path_factory.mktemp("studies")
-
-
-@pytest.fixture(scope="module")
-def alone(folder):
-    (study,) = run(folder)
-    return study
-
-
 def test_two_processes_give_the_numbers_of_one_to_both(folder, alone):
     for study in run(folder, processes=2):
         for name in alone.keys() - {"cells"}:

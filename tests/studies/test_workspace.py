@@ -178,6 +178,8 @@ def test_the_dataset_is_labelled_and_survives_a_file(mapped, tmp_path):
     [
         ({"spacing": -1.0}, "spacing"),
         ({"refine": -1}, "refine"),
+        ({"steps": 0}, "steps"),
+        ({"resume": True}, "out"),
         ({"refine": 1.5}, "refine"),
         ({"axes": ("y", "y")}, "axes"),
         ({"axes": ("y", "x")}, "axes"),
