@@ -28,10 +28,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
     except OSError as error:
         # What is read has messages of its own; what is left is what a command writes.
-        reason = error.strerror or str(error)
-        _complain(
-            f"Argument `--out` must be a place to write to, but {error.filename!r} is not: {reason}."
-        )
+        place, reason = error.filename, error.strerror or str(error)
+        _complain(f"Argument `--out` must be a place to write to, but {place!r} is not: {reason}.")
         return EXIT_INPUT
     except KeyboardInterrupt:
         _complain("interrupted")

@@ -6,7 +6,7 @@ from jaxtyping import Array, Float
 from ..robots.robot import Robot
 from ..statics.advance import DEVIATION, Nearby, advance
 from ..statics.status import Status
-from .parallel import in_parallel, on_devices
+from .parallel import in_parallel, on_devices, padded
 
 LANES = 128
 """Ways in one call of a compiled program."""
@@ -29,9 +29,7 @@ def advance_all(
     places = on_devices((robot, imposed))
 
     def batch(k: int) -> Nearby:
-        parts = guess[k : k + LANES], goal[k : k + LANES]
-        spare = LANES - len(parts[0])
-        lanes = [np.concatenate([part, np.repeat(part[-1:], spare, axis=0)]) for part in parts]
+        lanes = [padded(part[k : k + LANES], LANES) for part in (guess, goal)]
         here, rows = places[k // LANES % len(places)]
         found = advance(here, rows, axes, lanes[0], lanes[1], steps)
         return Nearby(*(np.asarray(leaf) for leaf in found))

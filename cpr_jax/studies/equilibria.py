@@ -20,7 +20,7 @@ from ..statics.measures import energy_and_bows
 from ..statics.problem import Problem, find_root, forward_rows, inverse_rows
 from ..statics.status import Status
 from ..statics.unknowns import scales, unknown_scales
-from .parallel import in_parallel
+from .parallel import in_parallel, padded
 
 _LANES = 512
 _FORCES = (10.0, 10.0, 20.0)
@@ -134,9 +134,8 @@ def find_equilibria(
 
 
 def _batches(rows: np.ndarray) -> list[np.ndarray]:
-    """Batches of one size, the last one filled up with its last row."""
-    cut = [rows[k : k + _LANES] for k in range(0, len(rows), _LANES)]
-    return [np.concatenate([b, np.repeat(b[-1:], _LANES - len(b), axis=0)]) for b in cut]
+    """Batches of one size."""
+    return [padded(rows[k : k + _LANES], _LANES) for k in range(0, len(rows), _LANES)]
 
 
 def _starts(robot: Robot, target, units, count: int, seed: int) -> np.ndarray:

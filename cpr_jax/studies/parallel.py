@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
 import jax
+import numpy as np
 
 _In = TypeVar("_In")
 _Out = TypeVar("_Out")
@@ -28,3 +29,8 @@ def in_parallel(function: Callable[[_In], _Out], items: Iterable[_In]) -> list[_
         return [function(item) for item in work]
     with ThreadPoolExecutor(workers) as pool:
         return list(pool.map(function, work))
+
+
+def padded(rows: np.ndarray, size: int) -> np.ndarray:
+    """Rows filled up with the last one, so that one compiled program serves any number."""
+    return np.concatenate([rows, np.repeat(rows[-1:], size - len(rows), axis=0)])

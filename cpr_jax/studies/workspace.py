@@ -26,7 +26,7 @@ from .front import Front
 from .grid import Grid, make_grid, out_of_reach
 from .limits import Limits
 from .map_dataset import Found, map_dataset
-from .parallel import in_parallel, on_devices
+from .parallel import in_parallel, on_devices, padded
 from .parts import Parts, digest
 from .refinement import refined, representatives
 from .results import save_dataset
@@ -41,6 +41,7 @@ _POLISHED = 3
 """How often a cell is polished beyond the first time."""
 
 _FINEST = 6
+"""How often a spacing may be halved."""
 
 _SAVE_EVERY = 2.0
 """Seconds between two states of the front that are kept."""
@@ -267,9 +268,8 @@ def _looked_at(robot, selection, delta, y, steps, parts: Parts, bar: tqdm, level
         known = parts.load(name)
         if known is not None:
             return Cell(**known)
-        padded = np.concatenate([y, np.repeat(y[-1:], _CHUNK - len(y), axis=0)])
         here, half_ranges = places[turn % len(places)]
-        looked = look_at_cells(here, selection, half_ranges, padded, steps)
+        looked = look_at_cells(here, selection, half_ranges, padded(y, _CHUNK), steps)
         chunk = Cell(*(np.array(leaf)[: len(y)] for leaf in looked))
         parts.save(name, chunk._asdict())
         return chunk

@@ -14,6 +14,7 @@ import xarray as xr
 
 from cpr_jax.errors import InputError
 from cpr_jax.robots.catalogue import rfrfr
+from cpr_jax.studies import workspace
 from cpr_jax.studies.workspace import workspace_map
 
 # A state after every batch: moments of every kind to be killed at.
@@ -82,6 +83,32 @@ def test_killed_at_random_moments(tmp_path, cache, whole):
     assert process.wait() == 0
     xr.testing.assert_identical(load(tmp_path), dataset)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["map.nc"]
+
+
+def test_a_refined_map_goes_on_where_it_was(tmp_path, monkeypatch):
+    """Interrupted while it looks at the cells of each level in turn."""
+    case = {"spacing": 0.03, "refine": 2, "box": ((0.0, -0.06), (0.18, 0.24))}
+    monkeypatch.setattr(workspace, "_CHUNK", 64)
+    whole = workspace_map(rfrfr(), **case)
+    assert set(np.unique(whole["level"])) == {0, 1, 2}
+    look, calls = workspace.look_at_cells, []
+
+    def interrupted(*arguments):
+        calls.append(arguments)
+        if len(calls) % 2 == 0:
+            raise KeyboardInterrupt
+        return look(*arguments)
+
+    monkeypatch.setattr(workspace, "look_at_cells", interrupted)
+    interruptions = 0
+    while True:
+        try:
+            dataset = workspace_map(rfrfr(), out=tmp_path, resume=True, **case)
+            break
+        except KeyboardInterrupt:
+            interruptions += 1
+    assert interruptions >= 3
+    xr.testing.assert_identical(dataset, whole)
 
 
 def test_a_finished_map_is_loaded_and_another_one_refused(tmp_path):
