@@ -10,6 +10,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..errors import InputError
+from ..geometry import namespace
 from ..robots.robot import Robot
 
 
@@ -135,7 +136,8 @@ def ranges(
             f"Argument `delta` must give a half range for {missing[0]!r}: {robot.name} declares "
             "none."
         )
-    return jnp.stack([jnp.asarray(known[label], float) for label in selection.labels])
+    values = [known[label] for label in selection.labels]
+    return jnp.asarray(namespace(values).stack(values), float)
 
 
 def _entry(robot: Robot, label: str) -> Entry:

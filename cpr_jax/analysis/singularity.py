@@ -115,8 +115,7 @@ class _Tracer:
         keep[slice(0, n_a) if kind is SingularityType.TYPE_2 else slice(n_a, n_q)] = False
         eye = np.eye(robot.n_y)
         held = [k for k in range(n_a, n_q) if k not in axes]
-        self.columns = jnp.asarray(eye[:, keep])
-        self.held = jnp.asarray(eye[held].reshape(-1, robot.n_y))
+        self.columns, self.held = eye[:, keep], eye[held].reshape(-1, robot.n_y)
         self.units = np.asarray(unknown_scales(robot))[self.axes]
         self.box, self.spacing, self.belongs = np.asarray(box), spacing, belongs
 
@@ -128,14 +127,14 @@ class _Tracer:
         out = []
         for k in range(0, size, _WIDTH):
             part = pick[k : k + _WIDTH]
-            chosen = _Lane(*(jnp.asarray(np.asarray(leaf)[part]) for leaf in lanes))
+            chosen = _Lane(*(np.asarray(leaf)[part] for leaf in lanes))
             out.append(
                 _correct(
                     self.robot,
                     self.columns,
                     self.held,
                     chosen,
-                    jnp.asarray(predicted[part]),
+                    np.asarray(predicted)[part],
                     self.steps,
                 )
             )

@@ -4,8 +4,10 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
+from ..geometry import namespace
 from ..robots.robot import Robot
 
 
@@ -32,43 +34,56 @@ class Scales(NamedTuple):
 
     def wrench(self, robot: Robot) -> Float[Array, " freedoms"]:
         """Units of a wrench: forces, then moments."""
-        d, r = robot.geometry.d, robot.geometry.r
-        return jnp.concatenate(
-            [jnp.full(d, 1.0) * self.force, jnp.full(r, 1.0) * self.force * self.length]
-        )
+        xp = namespace(self)
+        force = xp.asarray(self.force)
+        return _repeated(robot, force, force * xp.asarray(self.length))
 
     def pose(self, robot: Robot) -> Float[Array, " freedoms"]:
         """Units of a motion: translations, then rotations."""
-        d, r = robot.geometry.d, robot.geometry.r
-        return jnp.concatenate([jnp.full(d, 1.0) * self.length, jnp.ones(r)])
+        return _repeated(robot, self.length, 1.0)
 
     def motors(self, robot: Robot) -> Float[Array, " n_a"]:
         """Units of the motor positions: 1 rad for what turns, the length for what slides."""
-        turns = jnp.any(robot.legs.screw[:, robot.geometry.d :] != 0.0, axis=-1)
-        turned = jnp.abs(robot.transmission).T @ turns.astype(float) > 0.0
-        return jnp.where(turned, 1.0, self.length)
+        xp = namespace(robot.legs.screw, robot.transmission, self.length)
+        screw, transmission = xp.asarray(robot.legs.screw), xp.asarray(robot.transmission)
+        turns = xp.any(screw[:, robot.geometry.d :] != 0.0, axis=-1)
+        turned = xp.abs(transmission).T @ turns.astype(float) > 0.0
+        return jnp.asarray(xp.where(turned, 1.0, xp.asarray(self.length)))
+
+
+def _repeated(robot: Robot, straight, turning) -> Float[Array, " freedoms"]:
+    """A unit for each translation, then one for each rotation."""
+    xp = namespace(straight, turning)
+    units = xp.stack([xp.asarray(straight), xp.asarray(turning)])
+    return jnp.asarray(units[np.repeat([0, 1], [robot.geometry.d, robot.geometry.r])])
 
 
 def scales(robot: Robot) -> Scales:
     """Mean rod length, and the force `k_b / l²` that bends a rod by about 1 rad."""
-    # Units are a choice, not physics: no derivative goes through them.
-    rod = jax.lax.stop_gradient(robot.legs.rod)
-    length = jnp.mean(rod.length)
-    return Scales(length, 1.0 / (jnp.mean(rod.curvature_compliance[:, -1]) * length**2))
+    numbers = robot.legs.rod.length, robot.legs.rod.curvature_compliance
+    xp = namespace(numbers)
+    if xp is jnp:
+        # Units are a choice, not physics: no derivative goes through them.
+        numbers = jax.lax.stop_gradient(numbers)
+    lengths, compliances = (xp.asarray(part) for part in numbers)
+    length = xp.mean(lengths)
+    return Scales(jnp.asarray(length), jnp.asarray(1.0 / (xp.mean(compliances[:, -1]) * length**2)))
 
 
 def unknown_scales(robot: Robot) -> Float[Array, " n_y"]:
     """The unit of each entry of the flat y."""
     units = scales(robot)
-    wrench = jnp.broadcast_to(units.wrench(robot), (robot.n, robot.geometry.freedoms))
-    return jnp.concatenate(
-        [units.motors(robot), units.pose(robot)[: robot.n_p], wrench.reshape(-1)]
-    )
+    parts = units.motors(robot), units.pose(robot), units.wrench(robot)
+    xp = namespace(*parts)
+    motors, pose, wrench = (xp.asarray(part) for part in parts)
+    return jnp.asarray(xp.concatenate([motors, pose[: robot.n_p], xp.tile(wrench, robot.n)]))
 
 
 def ravel(state: State) -> Float[Array, " n_y"]:
     """The flat y = (q_a, q_p, μ_1, …, μ_n)."""
-    return jnp.concatenate([state.q_a, state.q_p, state.mu.reshape(-1)])
+    xp = namespace(state)
+    q_a, q_p, mu = (xp.asarray(part) for part in state)
+    return jnp.asarray(xp.concatenate([q_a, q_p, mu.reshape(-1)]))
 
 
 def unravel(robot: Robot, y: Float[Array, " n_y"]) -> State:
@@ -104,4 +119,4 @@ def unknown_units(robot: Robot) -> tuple[str, ...]:
 
 def _slides(robot: Robot):
     marker = Scales(jnp.asarray(2.0), jnp.asarray(1.0))
-    return marker.motors(robot) == 2.0
+    return np.asarray(marker.motors(robot)) == 2.0

@@ -5,7 +5,6 @@ from collections.abc import Callable
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from ..analysis.parameters import Selection
@@ -27,23 +26,20 @@ def compile_ahead(
     steps: int,
     coarse: int,
     chunk: int,
-) -> tuple[threading.Thread, ...]:
+) -> "Ahead":
     """Starts to compile what a map needs, in threads, while its seed is still being solved.
 
     Compilation leaves cores idle; done in turn it is most of a first map's time. The programs
-    run once on NaN, on which every iteration stops at once. Later calls return immediately.
-
-    **Returns:** the threads for the following, and for the rest; to be joined before use.
+    run once on NaN, on which every iteration stops at once. Later calls find all of it done.
     """
     leaves, structure = jax.tree.flatten(robot)
     key = (structure, tuple(np.shape(leaf) for leaf in leaves), selection, axes, steps, coarse)
     if key in _known:
-        return ()
+        return Ahead()
     _known.add(key)
     imposed = inverse_rows(robot)
-    # From numpy: `jnp.full` gives weak types, which make other programs.
     shapes = (LANES, robot.n_y), (LANES, robot.n_a + robot.n_p), (chunk, robot.n_y)
-    lanes, goals, cells = (jnp.asarray(np.full(shape, np.nan)) for shape in shapes)
+    lanes, goals, cells = (np.full(shape, np.nan) for shape in shapes)
 
     def follow() -> None:
         advance(robot, imposed, axes, lanes, goals, coarse)
@@ -51,12 +47,34 @@ def compile_ahead(
     def look() -> None:
         look_at_cells(robot, selection, delta, cells, steps)
 
-    def trace() -> None:
+    def lines() -> None:
         first.join()
         compile_tracing(robot, axes, steps)
 
     first = _started(follow)
-    return first, _started(look), _started(trace)
+    return Ahead(follow=first, look=_started(look), lines=_started(lines))
+
+
+class Ahead:
+    """Programs on their way. As a context it waits for all of them in the end, come what may.
+
+    A program that is called before it is ready would be compiled twice: `wait` for it.
+    """
+
+    def __init__(self, **threads: threading.Thread):
+        self._threads = threads
+
+    def wait(self, name: str) -> None:
+        """Until the programs to `follow` the branch, `look` at cells or trace `lines` are there."""
+        if name in self._threads:
+            self._threads[name].join()
+
+    def __enter__(self) -> "Ahead":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for thread in self._threads.values():
+            thread.join()
 
 
 def _started(job: Callable[[], None]) -> threading.Thread:

@@ -5,11 +5,12 @@ import json
 import pathlib
 import time
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 import xarray as xr
+from jaxtyping import Array, Float
 from tqdm import tqdm
 
 from ..analysis.parameters import Selection, ranges, select
@@ -20,7 +21,7 @@ from ..statics.equilibrium import Equilibrium, solve_inverse
 from ..statics.problem import TOLERANCE
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
-from .ahead import compile_ahead
+from .ahead import Ahead, compile_ahead
 from .cells import Cell, look_at_cells
 from .front import Front
 from .grid import Grid, make_grid, out_of_reach
@@ -117,25 +118,27 @@ def workspace_map(
     corners = None if box is None else np.asarray(box, float)
     # Made once before anything is computed, so that mistakes are named at once.
     grid = make_grid(robot, np.asarray(start), step, corners, axes)
-    ahead = compile_ahead(robot, selection, half_ranges, grid.axes, steps, coarse(steps), _CHUNK)
-    try:
+    folder = None if out is None else pathlib.Path(out)
+    with compile_ahead(
+        robot, selection, half_ranges, grid.axes, steps, coarse(steps), _CHUNK
+    ) as ahead:
         if seed is None:
             seed = solve_inverse(robot, start, steps=steps)
-    finally:
-        for thread in ahead:
-            thread.join()
-    if symmetry is None:
-        symmetry = box is None and is_mirror_symmetric(robot, seed, coarse(steps))
-    grid = make_grid(robot, np.asarray(seed.q_p), step, corners, axes, symmetry)
-    configuration = _configuration(robot, seed, grid, selection, half_ranges, limits, steps, refine)
-    folder = None if out is None else pathlib.Path(out)
-    if folder is not None and resume:
-        finished = _finished(folder / "map.nc", configuration)
-        if finished is not None:
-            return finished
-    parts = Parts(None if folder is None else folder / "parts", configuration, resume)
-    with tqdm(total=grid.shape[0] * grid.shape[1], unit="cell", disable=not progress) as bar:
-        dataset = _map(robot, seed, grid, selection, half_ranges, limits, steps, refine, parts, bar)
+        ahead.wait("follow")
+        if symmetry is None:
+            symmetry = box is None and is_mirror_symmetric(robot, seed, coarse(steps))
+        grid = make_grid(robot, np.asarray(seed.q_p), step, corners, axes, symmetry)
+        configuration = _configuration(
+            robot, seed, grid, selection, half_ranges, limits, steps, refine
+        )
+        if folder is not None and resume:
+            finished = _finished(folder / "map.nc", configuration)
+            if finished is not None:
+                return finished
+        parts = Parts(None if folder is None else folder / "parts", configuration, resume)
+        job = _Job(robot, seed, grid, selection, half_ranges, limits, steps, refine, parts, ahead)
+        with tqdm(total=grid.shape[0] * grid.shape[1], unit="cell", disable=not progress) as bar:
+            dataset = _map(job, bar)
     dataset.attrs["configuration"] = json.dumps(configuration, sort_keys=True)
     if folder is not None:
         # What a kill leaves of it goes away with the parts.
@@ -178,18 +181,23 @@ def _finished(path: pathlib.Path, configuration: dict) -> xr.Dataset | None:
         return dataset.load()
 
 
-def _map(
-    robot: Robot,
-    seed: Equilibrium,
-    grid: Grid,
-    selection: Selection,
-    delta,
-    limits: Limits | None,
-    steps: int,
-    refine: int,
-    parts: Parts,
-    bar: tqdm,
-) -> xr.Dataset:
+class _Job(NamedTuple):
+    """What a map is made of."""
+
+    robot: Robot
+    seed: Equilibrium
+    grid: Grid
+    selection: Selection
+    delta: Float[Array, " n_rho"]
+    limits: Limits | None
+    steps: int
+    refine: int
+    parts: Parts
+    ahead: Ahead
+
+
+def _map(job: _Job, bar: tqdm) -> xr.Dataset:
+    robot, seed, grid, selection, delta, limits, steps, refine, parts, ahead = job
     units = np.asarray(unknown_scales(robot))
     front = Front(robot, grid, np.asarray(seed.y) / units, coarse(steps), 2**refine)
     wanted, looked, seen = {}, [], np.zeros_like(front.solved)
@@ -200,9 +208,10 @@ def _map(
         wanted[stride] = front.wanted
         _followed(front, parts, bar, level, stride)
         new = front.solved & ~seen
+        ahead.wait("look")
         if np.any(new):
             values = front.y[new] * units
-            cells = _looked_at(robot, selection, delta, values, steps, parts, bar, level)
+            cells = _looked_at(job, values, bar, level)
             looked.append((np.flatnonzero(new[front.inner]), cells))
             seen |= new
             size[new] = cells.semi_axes[:, 0]
@@ -231,6 +240,7 @@ def _map(
     stands_for, levels = representatives(front, wanted)
     sign = np.zeros(grid.shape)
     sign[solved] = cells.sign_t2
+    ahead.wait("lines")
     lines = singular_lines(robot, grid, y[stands_for], solved[stands_for], sign[stands_for], steps)
     bar.update(bar.total - bar.n)
     found = Found(status, solved, seam, cells, stands_for, levels)
@@ -259,17 +269,18 @@ def _followed(front: Front, parts: Parts, bar: tqdm, level: int, stride: int) ->
     parts.save(name, front.state())
 
 
-def _looked_at(robot, selection, delta, y, steps, parts: Parts, bar: tqdm, level: int) -> Cell:
+def _looked_at(job: _Job, y, bar: tqdm, level: int) -> Cell:
     """The numbers of all cells, chunk by chunk; those beside a fold are polished further."""
+    robot, parts = job.robot, job.parts
 
-    places = on_devices((robot, delta))
+    places = on_devices((robot, job.delta))
 
     def look(name: str, y, turn: int) -> Cell:
         known = parts.load(name)
         if known is not None:
             return Cell(**known)
         here, half_ranges = places[turn % len(places)]
-        looked = look_at_cells(here, selection, half_ranges, padded(y, _CHUNK), steps)
+        looked = look_at_cells(here, job.selection, half_ranges, padded(y, _CHUNK), job.steps)
         chunk = Cell(*(np.array(leaf)[: len(y)] for leaf in looked))
         parts.save(name, chunk._asdict())
         return chunk
