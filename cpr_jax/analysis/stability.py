@@ -14,7 +14,7 @@ from ..rods.integration import DEFAULT_STEPS, rod_tip
 from ..rods.rod import Rod
 from ..statics.equilibrium import Equilibrium
 from ..statics.linear import inverse_with_sign, negative_eigenvalues
-from ..statics.residual import LegBase, leg_base, to_world
+from ..statics.residual import LegBase, base_wrench, leg_base, load_arms, to_world
 from ..statics.unknowns import scales, unravel
 
 _SOFTENING = 1e-11
@@ -85,8 +85,13 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[S
         pieces, nodes, tip = _pieces(geometry, leg, q, mu, steps)
         both = jnp.concatenate([pose, wrench])
         pieces = pieces / both[:, None] * both[d:]
-        flexibility = _tip_flexibility(geometry, pieces) + _SOFTENING * jnp.eye(mu.size)
-        clamped = _free_end_index(geometry, pieces) - negative_eigenvalues(flexibility)
+        begin = jnp.concatenate([jnp.zeros((mu.size, mu.size)), jnp.eye(mu.size)])
+        index, carried = _free_end_index(geometry, pieces)
+        if leg.base_joint is not None:
+            begin, added = _released_base(geometry, leg, q, mu, both, carried)
+            index = index + added
+        flexibility = _tip_flexibility(geometry, pieces, begin) + _SOFTENING * jnp.eye(mu.size)
+        clamped = index - negative_eigenvalues(flexibility)
 
         # Two terms of the series in what was added undo it where the rod is not straight. With
         # both, no eigenvalue changes its sign.
@@ -102,17 +107,20 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[S
         follows = jnp.eye(mu.size, robot.n_p)
         if robot.oriented:
             follows = follows.at[:d, d:].set(_spin(geometry, arm))
-        Q = _axes(geometry, geometry.compose(orientation, geometry.exp(leg.attachment_rotation)))
+        frame = geometry.compose(orientation, geometry.exp(leg.attachment_rotation))
+        released = leg.joint.free[d:]
+        Q = _axes(geometry, frame, geometry.joint_axes(released, frame, tip.rotation))
+        moment = tip.moment - jnp.stack(geometry.cross(b, tip.force))
         # In the joint's axes and free of units; what is locked gets a stiffness of one.
         K_joint = (Q.T @ K @ Q) / wrench[:, None] * pose
         moves = Q.T @ follows / pose[:, None] * pose[: robot.n_p]
         free = leg.joint.free
-        inner = free[:, None] * K_joint * free + jnp.diag(1.0 - free)
+        bent = _bent(geometry, released, Q, moment) / (units.force * units.length)
+        K_inner = K_joint.at[d:, d:].add(bent)
+        inner = free[:, None] * K_inner * free + jnp.diag(1.0 - free)
         cross = K_joint @ moves
         if robot.oriented:
-            moment = tip.moment - jnp.stack(geometry.cross(b, tip.force))
-            carried = _carried(geometry, Q, tip.force, moment)
-            cross = cross.at[:, d:].add(carried / wrench[:, None])
+            cross = cross.at[:, d:].add(_carried(geometry, Q, tip.force, moment) / wrench[:, None])
         cross = free[:, None] * cross
         seen = moves.T @ K_joint @ moves - cross.T @ inverse_with_sign(inner)[0] @ cross
         if robot.oriented:
@@ -122,6 +130,11 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[S
 
     legs, stiffnesses, nodes = jax.vmap(one)(robot.legs, robot.transmission @ state.q_a, state.mu)
     stiffness = jnp.sum(stiffnesses, axis=0)
+    if robot.loads is not None:
+        arms = load_arms(robot, robot.loads, state.q_p)
+        levers = jax.vmap(lambda arm, force: _lever(geometry, arm, force))(arms, robot.loads.force)
+        turned = jnp.sum(levers, axis=0) / (units.force * units.length)
+        stiffness = stiffness.at[d:, d:].add(turned)
     index = jnp.sum(legs) + negative_eigenvalues(0.5 * (stiffness + stiffness.T))
     known = jnp.all(jnp.isfinite(stiffness))
     si = stiffness * wrench[: robot.n_p, None] / pose[: robot.n_p]
@@ -156,6 +169,7 @@ def _pieces(geometry: AbstractGeometry, leg: Leg, q, mu, steps: int):
             position=start.position,
             rotation=rotation,
             motor=base.motor,
+            joint=base.joint,
             rod=rod,
             force=jnp.stack(geometry.unrotate(rotation, start.force + n)),
             moment=jnp.stack(geometry.to_local(rotation, moment)),
@@ -172,28 +186,84 @@ def _pieces(geometry: AbstractGeometry, leg: Leg, q, mu, steps: int):
         tangents, end = jax.jacfwd(move, has_aux=True)(jnp.zeros(d + 2 * r), start)
         return end, (tangents, end)
 
-    start = RodState(base.position, jnp.stack(base.rotation), mu[:d], mu[d:])
+    force, moment = jnp.split(base_wrench(geometry, base), [d])
+    start = RodState(base.position, jnp.stack(base.rotation), force, moment)
     tip, (tangents, ends) = jax.lax.scan(forward, start, length=steps)
     nodes = jax.tree.map(lambda first, rest: jnp.concatenate([first[None], rest]), start, ends)
     return tangents, nodes, tip
 
 
-def _tip_flexibility(geometry: AbstractGeometry, pieces):
-    """`∂(p, φ)(l)/∂(n, m)(l)` of a rod whose base is held."""
+def _released_base(geometry: AbstractGeometry, leg: Leg, q, mu, units, carried):
+    """What a passive joint adds to a rod whose base was held.
+
+    **Arguments:**
+
+    - `carried`: stiffness of the rod, its tip under dead loads, against turns of its base.
+
+    **Returns:** tangents `∂(p, φ, n, m)(0)` in the joint's unknowns, and the number of negative
+    directions among its free motions.
+    """
+    d, f = geometry.d, geometry.freedoms
+    joint = leg.base_joint
+    assert joint is not None
+    here = leg_base(geometry, leg, q, mu)
+    free, released = joint.free, joint.free[d:]
+
+    def move(mu):
+        base = leg_base(geometry, leg, q, mu)
+        turn = jnp.stack(
+            geometry.log(geometry.compose(base.rotation, geometry.inverse(here.rotation)))
+        )
+        force, moment = jnp.split(base_wrench(geometry, base), [d])
+        moment = moment - 0.5 * _turned(geometry, turn, here_moment)
+        return jnp.concatenate([base.position, turn, force, moment])
+
+    here_force, here_moment = jnp.split(base_wrench(geometry, here), [d])
+    steps = jnp.where(free > 0.5, units[:f], units[f:])
+    tangents = jax.jacfwd(move)(mu) / units[:, None] * steps
+    carrier = geometry.compose(geometry.exp(leg.base_rotation), geometry.exp(leg.screw[d:] * q))
+    outer = geometry.compose(carrier, geometry.exp(joint.rotation))
+    Q = _axes(geometry, outer, geometry.joint_axes(released, outer, here.rotation))
+    # A slide that nothing resists would leave the tip without a stiffness.
+    tangents = tangents.at[f:].add(_SOFTENING * Q * free)
+
+    arm = here.position - here.joint
+    moment = here_moment + jnp.stack(geometry.cross(arm, here_force))
+    scale = units[f] * units[0]
+    K = carried + _lever(geometry, arm, here_force) / scale
+    axes = Q[d:, d:]
+    K = axes.T @ K @ axes - _bent(geometry, released, Q, moment) / scale
+    inner = released[:, None] * K * released + jnp.diag(1.0 - released)
+    return tangents, negative_eigenvalues(inner)
+
+
+def _bent(geometry: AbstractGeometry, released, axes, moment) -> Float[Array, "r r"]:
+    """Second derivative of a universal joint's energy, since its later axis turns with the other.
+
+    Turns α about `a`, then β about `b`, make `α a + β b + ½ α β a × b` of a rotation vector.
+    """
+    d = geometry.d
+    later = jnp.stack(jnp.broadcast_arrays(*geometry.later(released)))
+    turned = jax.vmap(lambda axis: _turned(geometry, axis, moment))(axes[d:, d:].T)
+    product = -0.5 * (turned @ axes[d:, d:]) * released[:, None] * later
+    return product + product.T
+
+
+def _tip_flexibility(geometry: AbstractGeometry, pieces, begin):
+    """`∂(p, φ)(l)/∂(n, m)(l)` of a rod whose base has the tangents `begin`."""
     d, f = geometry.d, geometry.freedoms
 
     def forward(tangent, piece):
         moved = piece @ tangent[d:]
         return moved.at[:d].add(tangent[:d]), None
 
-    held = jnp.concatenate([jnp.zeros((f, f)), jnp.eye(f)])
-    tip = jax.lax.scan(forward, held, pieces)[0]
+    tip = jax.lax.scan(forward, begin, pieces)[0]
     flexibility = tip[:f] @ inverse_with_sign(tip[f:])[0]
     return 0.5 * (flexibility + flexibility.T)
 
 
 def _free_end_index(geometry: AbstractGeometry, pieces):
-    """Index of a rod that nothing but dead loads holds at its tip.
+    """Index of a rod that dead loads hold at its tip, and its stiffness against turns of its base.
 
     From the tip to the base, one piece after the other is added to what it carries, of which
     only the stiffness against turns `P` is not zero. With the flexibility A of the piece the
@@ -212,7 +282,8 @@ def _free_end_index(geometry: AbstractGeometry, pieces):
         stiffness = held @ (moment_by_turn + carried @ turn_by_turn)
         return 0.5 * (stiffness + stiffness.T), count
 
-    return jnp.sum(jax.lax.scan(backward, jnp.zeros((r, r)), pieces, reverse=True)[1])
+    carried, counts = jax.lax.scan(backward, jnp.zeros((r, r)), pieces, reverse=True)
+    return jnp.sum(counts), carried
 
 
 def _turned(geometry: AbstractGeometry, turn, moment):
@@ -245,9 +316,9 @@ def _carried(geometry: AbstractGeometry, axes, force, moment) -> Float[Array, "f
     return jnp.concatenate([slides, turns])
 
 
-def _axes(geometry: AbstractGeometry, rotation) -> Float[Array, "freedoms freedoms"]:
-    """Columns: the axes of a frame for positions, then for rotations."""
+def _axes(geometry: AbstractGeometry, rotation, turns) -> Float[Array, "freedoms freedoms"]:
+    """Columns: the axes of a frame for positions, then those of a joint for rotations."""
     d, r = geometry.d, geometry.r
     arms = jax.vmap(lambda v: jnp.stack(geometry.rotate(rotation, v)))(jnp.eye(d)).T
-    turns = jax.vmap(lambda v: jnp.stack(geometry.to_outer(rotation, v)))(jnp.eye(r)).T
+    turns = jnp.stack([jnp.stack(axis) for axis in turns], axis=1)
     return jnp.zeros((d + r, d + r)).at[:d, :d].set(arms).at[d:, d:].set(turns)

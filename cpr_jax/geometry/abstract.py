@@ -116,5 +116,37 @@ class AbstractGeometry(abc.ABC):
         """The rotation vector of a rotation, its angle in (-π, π], rad."""
 
     @abc.abstractmethod
+    def later(self, free: Components) -> Components:
+        """1 for the axis of a universal joint that the leg carries, 0 elsewhere.
+
+        A joint that leaves two rotations free turns about the earlier axis, which belongs to the
+        base or to the platform, then about the later one, which belongs to the leg.
+
+        **Arguments:**
+
+        - `free`: 1 for each rotation that a joint leaves free, 0 for the others.
+        """
+
+    @abc.abstractmethod
+    def misalignment(self, free: Components, rotation: Components) -> Components:
+        """What vanishes, for each locked rotation of a joint, where the joint is assembled.
+
+        **Arguments:**
+
+        - `rotation`: of the base or the platform as seen from the leg.
+        """
+
+    @abc.abstractmethod
+    def joint_axes(
+        self, free: Components, outer: Components, leg: Components
+    ) -> tuple[Components, ...]:
+        """Axes about which a joint turns or transmits a moment, world components.
+
+        **Arguments:**
+
+        - `outer`, `leg`: rotations of the base or the platform, and of the leg.
+        """
+
+    @abc.abstractmethod
     def cross(self, arm: Components, force: Components) -> Components:
         """The moment `arm × force`."""

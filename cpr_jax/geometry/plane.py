@@ -61,6 +61,17 @@ class Plane(AbstractGeometry):
         c, s = rotation
         return (jnp.arctan2(s, c),)
 
+    def later(self, free: Components) -> Components:
+        return (0.0,)
+
+    def misalignment(self, free: Components, rotation: Components) -> Components:
+        return self.log(rotation)
+
+    def joint_axes(
+        self, free: Components, outer: Components, leg: Components
+    ) -> tuple[Components, ...]:
+        return ((1.0,),)
+
     def cross(self, arm: Components, force: Components) -> Components:
         return (arm[0] * force[1] - arm[1] * force[0],)
 

@@ -88,10 +88,50 @@ class Space(AbstractGeometry):
         factor = jnp.where(small, series, 2.0 * jnp.arctan2(sine, w) / sine)
         return tuple(factor * c for c in axis)
 
+    def later(self, free: Components) -> Components:
+        a, b, c = free
+        return 0.0 * a, a * b * (1.0 - c), c * (a * (1.0 - b) + b * (1.0 - a))
+
+    def misalignment(self, free: Components, rotation: Components) -> Components:
+        # The axes of a universal joint stay at right angles; elsewhere nothing turns at all.
+        _, first_y, first_z = self.rotate(rotation, (1.0, 0.0, 0.0))
+        _, _, second_z = self.rotate(rotation, (0.0, 1.0, 0.0))
+        across = second_z, -first_z, first_y
+        return tuple(
+            jnp.where(universal > 0.5, product, turn)
+            for universal, product, turn in zip(
+                _universal(free), across, self.log(rotation), strict=True
+            )
+        )
+
+    def joint_axes(
+        self, free: Components, outer: Components, leg: Components
+    ) -> tuple[Components, ...]:
+        units = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+
+        def chosen(flag, one, other):
+            return tuple(jnp.where(flag > 0.5, a, b) for a, b in zip(one, other, strict=True))
+
+        axes = [
+            chosen(flag, self.rotate(leg, unit), self.rotate(outer, unit))
+            for flag, unit in zip(self.later(free), units, strict=True)
+        ]
+        normals = [self.cross(axes[k - 2], axes[k - 1]) for k in range(3)]
+        return tuple(
+            chosen(flag, normal, axis)
+            for flag, normal, axis in zip(_universal(free), normals, axes, strict=True)
+        )
+
     def cross(self, arm: Components, force: Components) -> Components:
         x, y, z = arm
         a, b, c = force
         return y * c - z * b, z * a - x * c, x * b - y * a
+
+
+def _universal(free: Components) -> Components:
+    """1 for the locked rotation of a universal joint, 0 elsewhere."""
+    a, b, c = free
+    return (1.0 - a) * b * c, (1.0 - b) * c * a, (1.0 - c) * a * b
 
 
 def _squared(vector: Components) -> Float[Array, ""]:

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..geometry import AbstractGeometry
+from ..geometry import AbstractGeometry, Numbers
 
 
 class Joint(eqx.Module):
@@ -15,16 +15,51 @@ class Joint(eqx.Module):
     relative position or rotation, which must vanish; where it is free, the component of the
     transmitted wrench, which must vanish too. No joint needs code of its own.
 
+    A joint that leaves two rotations free is a universal joint: the earlier of its two axes
+    belongs to the platform, the later one to the leg.
+
     **Attributes:**
 
     - `free`: 1 where the relative motion is free, 0 where it is locked; the `d` translations,
-        then the `r` rotations along the joint's axes.
+        then the `r` rotations along the joint's axes, of which the first is the tangent.
     - `lever`: 1 takes the moment at the joint, `m(l) - R b × n(l)`; 0 takes it at the tip of the
         rod, `m(l)`, as (15) is printed, which is not in equilibrium unless b = 0.
     """
 
     free: Float[Array, "*batch freedoms"]
     lever: Float[Array, "*batch"]
+
+
+class BaseJoint(eqx.Module):
+    """A passive joint between the motor of a leg and its rigid segment a.
+
+    Its free motions are unknowns: in the place of the components of the base wrench, which they
+    leave without a load. Of the two axes of a universal joint the earlier belongs to the motor.
+
+    **Attributes:**
+
+    - `free`: as in `Joint`.
+    - `position`, `rotation`: where it sits on what the motor moves, in the axes of that, m and
+        rad (a rotation vector): a crank ends here. The leg's tangent is its first axis.
+    """
+
+    free: Float[Array, "*batch freedoms"]
+    position: Float[Array, "*batch d"]
+    rotation: Float[Array, "*batch r"]
+
+
+def passive(
+    geometry: AbstractGeometry,
+    joint: Joint,
+    position: Numbers | None = None,
+    rotation: Numbers | None = None,
+) -> BaseJoint:
+    """The freedoms of a joint at the base of a leg, see `BaseJoint`."""
+
+    def vector(value, size):
+        return jnp.asarray(np.zeros(size) if value is None else np.asarray(value, float))
+
+    return BaseJoint(joint.free, vector(position, geometry.d), vector(rotation, geometry.r))
 
 
 def _joint(geometry: AbstractGeometry, translations: list[int], rotations: list[int]) -> Joint:
@@ -38,6 +73,11 @@ def pivot(geometry: AbstractGeometry) -> Joint:
     return _joint(geometry, [], [geometry.r - 1])
 
 
+def universal(geometry: AbstractGeometry) -> Joint:
+    """A joint that passes on torsion and lets the tangent turn; in the plane a `pivot`."""
+    return _joint(geometry, [], list(range(geometry.r))[-2:])
+
+
 def spherical(geometry: AbstractGeometry) -> Joint:
     """A joint that leaves every rotation free; in the plane the same as `pivot`."""
     return _joint(geometry, [], list(range(geometry.r)))
@@ -46,6 +86,11 @@ def spherical(geometry: AbstractGeometry) -> Joint:
 def clamped(geometry: AbstractGeometry) -> Joint:
     """A rigid connection."""
     return _joint(geometry, [], [])
+
+
+def swivel(geometry: AbstractGeometry) -> Joint:
+    """A rigid connection but for the twist about the tangent; in the plane `clamped`."""
+    return _joint(geometry, [], [0] if geometry.r > 1 else [])
 
 
 def slider(geometry: AbstractGeometry, axis: int = 0) -> Joint:

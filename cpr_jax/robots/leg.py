@@ -1,4 +1,4 @@
-"""A leg: actuator, rigid segment a, rod, rigid segment b, joint, attachment on the platform."""
+"""A leg: actuator, passive joint, segment a, rod, segment b, joint, place on the platform."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 
 from ..geometry import AbstractGeometry, Numbers, namespace
 from ..rods.rod import Rod
-from .joint import Joint, pivot
+from .joint import BaseJoint, Joint, pivot
 
 
 class Leg(eqx.Module):
@@ -20,6 +20,9 @@ class Leg(eqx.Module):
     - `screw`: motion of the motor per unit of `q` in its own axes: `d` translations, `r`
         rotations. A revolute motor has a 1 in its last place.
     - `feed`: rod length fed per unit of `q`, or `None` where no leg feeds any.
+    - `stroke`: by what `a` grows per unit of `q`, shape `(d,)`, or `None`: a motor beyond the
+        passive joint, such as that of a telescopic leg.
+    - `base_joint`: a passive joint that the motor carries, or `None`.
     - `a`, `b`: rigid segments before and after the rod, in the axes of the rod's ends, `(d,)`.
     - `rod`, `joint`: see `Rod` and `Joint`.
     - `attachment_position`, `attachment_rotation`: joint frame on the platform, in its axes.
@@ -35,6 +38,8 @@ class Leg(eqx.Module):
     attachment_position: Float[Array, "*batch d"]
     attachment_rotation: Float[Array, "*batch r"]
     feed: Float[Array, "*batch"] | None = None
+    stroke: Float[Array, "*batch d"] | None = None
+    base_joint: BaseJoint | None = None
 
 
 def revolute_screw(geometry: AbstractGeometry) -> Float[Array, " freedoms"]:
@@ -57,13 +62,15 @@ def make_leg(
     base_rotation: Numbers | None = None,
     screw: Numbers | None = None,
     feed: Numbers | None = None,
+    stroke: Numbers | None = None,
+    base_joint: BaseJoint | None = None,
     joint: Joint | None = None,
     attachment_position: Numbers | None = None,
     attachment_rotation: Numbers | None = None,
 ) -> Leg:
     """A leg with the usual defaults: a revolute motor, a pivot, no rigid segments.
 
-    `a` and `b` are vectors in the axes of the rod's ends, or lengths along its tangent.
+    `a`, `b` and `stroke` are vectors in the axes of the rod's ends, or lengths along its tangent.
     """
 
     def along_tangent(segment):
@@ -89,4 +96,6 @@ def make_leg(
         attachment_position=vector(attachment_position, geometry.d),
         attachment_rotation=vector(attachment_rotation, geometry.r),
         feed=None if feed is None else jnp.asarray(feed, float),
+        stroke=None if stroke is None else along_tangent(stroke),
+        base_joint=base_joint,
     )

@@ -1,5 +1,6 @@
 """A continuum parallel robot: its legs, its platform, its loads."""
 
+import dataclasses
 from collections.abc import Sequence
 
 import equinox as eqx
@@ -27,6 +28,19 @@ class Home(eqx.Module):
     q_p: Float[Array, " n_p"]
 
 
+class PointLoads(eqx.Module):
+    """Dead forces at points of a platform that is a body.
+
+    **Attributes:**
+
+    - `position`: in the platform's axes, from `p_P`, m, shape `(k, d)`.
+    - `force`: in world axes, N, shape `(k, d)`.
+    """
+
+    position: Float[Array, "k d"]
+    force: Float[Array, "k d"]
+
+
 class Robot(eqx.Module):
     """A continuum parallel robot as a pytree: each of its numbers is an array leaf.
 
@@ -38,6 +52,7 @@ class Robot(eqx.Module):
         orientation among the unknowns and without a moment balance.
     - `f_P`: dead force on the platform at `p_P`, world axes, N, shape `(d,)`.
     - `m_P`: dead moment on the platform, world axes, N·m, shape `(r,)`; unused by a point.
+    - `loads`: forces at other points of the platform, such as its weight, or `None`.
     - `transmission`: motion of each leg's actuator per motor, shape `(n, n_a)`; the identity
         where each leg has its motor.
     - `home`: where the robot's branch is known, or `None`.
@@ -54,6 +69,7 @@ class Robot(eqx.Module):
     home: Home | None
     uncertainty: dict[str, Float[Array, ""]]
     name: str = eqx.field(static=True)
+    loads: PointLoads | None = None
 
     @property
     def n(self) -> int:
@@ -87,6 +103,7 @@ def make_robot(
     oriented: bool,
     f_P: Numbers | None = None,
     m_P: Numbers | None = None,
+    loads: Sequence[tuple[Numbers, Numbers]] = (),
     transmission: Numbers | None = None,
     home: tuple[Numbers, Numbers] | None = None,
     uncertainty: dict[str, float] | None = None,
@@ -96,9 +113,18 @@ def make_robot(
 
     An effect that only some legs have (a distributed load, extensibility, fed length) becomes a
     zero for the others.
+
+    **Arguments:** as the attributes of `Robot`, and
+
+    - `loads`: pairs of a point of the platform and the force there, see `PointLoads`.
     """
     if len(legs) == 0:
         raise ValueError("Argument `legs` must hold at least one leg, but it is empty.")
+    if loads and not oriented:
+        raise ValueError(
+            "Argument `loads` must be left out at a point platform, whose only force is `f_P`, but "
+            f"it has {len(loads)} entries."
+        )
 
     def vector(value, size):
         return jnp.asarray(np.zeros(size) if value is None else value, float)
@@ -117,7 +143,18 @@ def make_robot(
         home=known,
         uncertainty={k: jnp.asarray(v, float) for k, v in (uncertainty or {}).items()},
         name=name,
+        loads=_point_loads(loads) if loads else None,
     )
+
+
+def _point_loads(loads: Sequence[tuple[Numbers, Numbers]]) -> PointLoads:
+    places, forces = zip(*loads, strict=True)
+    xp = namespace(places, forces)
+    position, force = (
+        jnp.asarray(xp.stack([xp.asarray(v, float) for v in vectors]))
+        for vectors in (places, forces)
+    )
+    return PointLoads(position, force)
 
 
 def _stack(legs: Sequence[Leg]) -> Leg:
@@ -132,6 +169,13 @@ def _stack(legs: Sequence[Leg]) -> Leg:
         zero = np.zeros(present[0].shape)
         return jnp.asarray(xp.stack([zero if leaf is None else leaf for leaf in leaves]))
 
+    joints = [leg.base_joint for leg in legs if leg.base_joint is not None]
+    if joints:
+        locked = jax.tree.map(lambda leaf: jnp.asarray(np.zeros(leaf.shape)), joints[0])
+        legs = [
+            dataclasses.replace(leg, base_joint=locked) if leg.base_joint is None else leg
+            for leg in legs
+        ]
     return jax.tree.map(stack, *legs, is_leaf=none)
 
 

@@ -13,9 +13,10 @@ from ..geometry import Numbers, namespace
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
-from .guess import detours, from_home, from_neighbour, search
+from .guess import at_rest, detours, from_home, from_neighbour, reaching, search
 from .measures import Measures, measure
 from .problem import TOLERANCE, Problem, find_root, forward_rows, inverse_rows
+from .residual import base_wrench, leg_base
 from .status import SolveError, Status
 from .unknowns import State, ravel, unknown_scales, unravel
 
@@ -29,7 +30,8 @@ class Equilibrium(eqx.Module):
 
     - `q_a`: motor positions, rad or m, shape `(n_a,)`.
     - `q_p`: position of the platform, m, and rotation vector of a body, rad, shape `(n_p,)`.
-    - `mu`: base wrenches `n_i(0)`, N, then `m_i(0)`, N·m, shape `(n, d + r)`.
+    - `mu`: the unknowns of the legs, see `State`, shape `(n, d + r)`.
+    - `base_wrenches`: `n_i(0)`, N, then `m_i(0)`, N·m, at the base of each rod, `(n, d + r)`.
     - `status`: a `Status` code.
     - `residual`: largest entry of the residual in units of `scales(robot)`.
     - `measures`: conditioning, distance to singularities, motor torques, energy.
@@ -39,6 +41,7 @@ class Equilibrium(eqx.Module):
     q_a: Float[Array, " n_a"]
     q_p: Float[Array, " n_p"]
     mu: Float[Array, "n freedoms"]
+    base_wrenches: Float[Array, "n freedoms"]
     status: Int[Array, ""]
     residual: Float[Array, ""]
     measures: Measures
@@ -48,11 +51,6 @@ class Equilibrium(eqx.Module):
     def y(self) -> Float[Array, " n_y"]:
         """The flat unknowns `(q_a, q_p, μ_1, …, μ_n)`."""
         return ravel(State(self.q_a, self.q_p, self.mu))
-
-    @property
-    def base_wrenches(self) -> Float[Array, "n freedoms"]:
-        """`μ`, a row a leg."""
-        return self.mu
 
     @property
     def motor_torques(self) -> Float[Array, " n_a"]:
@@ -122,7 +120,11 @@ def _solve(robot, imposed, target, guess, steps, throw):
         y = jax.lax.stop_gradient(guess.y)
         start, reached = from_neighbour(frozen, imposed, y, goal, steps)
     elif robot.home is not None:
-        home, reached = from_home(frozen, imposed, goal, steps)
+        home, reached = from_home(frozen, imposed, at_rest(frozen), goal, steps)
+        if not traced and int(home.status) != Status.SOLVED:
+            rough = jnp.concatenate([frozen.home.q_a, frozen.home.q_p])
+            bent = reaching(frozen, rough, steps)
+            home, reached = from_home(frozen, imposed, bent, goal, steps)
         start, assembled = home.y, traced or int(home.status) == Status.SOLVED
     elif traced:
         raise InputError(
@@ -161,11 +163,23 @@ def polish(robot, imposed, target, reached, branch, steps):
         q_a=state.q_a,
         q_p=state.q_p,
         mu=state.mu,
+        base_wrenches=_base_wrenches(robot, state),
         status=status,
         residual=jnp.where(solved, left, jnp.nan),
         measures=measures,
         branch=branch,
     )
+
+
+def _base_wrenches(robot: Robot, state: State) -> Float[Array, "n freedoms"]:
+    if robot.legs.base_joint is None:
+        return state.mu
+    geometry = robot.geometry
+
+    def one(leg, q, mu):
+        return base_wrench(geometry, leg_base(geometry, leg, q, mu))
+
+    return jax.vmap(one)(robot.legs, robot.transmission @ state.q_a, state.mu)
 
 
 def _padded(values: Array, before: int, after: int) -> Array:

@@ -11,14 +11,21 @@ from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from .continuation import Track, follow
+from .linear import solve_with_sign
 from .measures import potential_energy
 from .problem import Problem, forward_rows, full_residual
-from .residual import residual
+from .residual import leg_rows, residual
 from .status import Status
-from .unknowns import State, ravel, unknown_scales, unravel
+from .unknowns import State, base_freedoms, ravel, scales, unknown_scales, unravel
 
 SEARCH_STARTS = 64
 """Starts of a systematic search, a power of two."""
+
+_DAMPING = 1e-4
+"""Beside the squares of a leg's flexibilities, in units of `scales(robot)`."""
+
+_FURTHEST = 3.0
+"""Largest base wrench of a bent leg, in the same units: bends of about a radian."""
 
 
 def follow_path(
@@ -54,22 +61,26 @@ def assemble_and_move(
     robot: Robot,
     imposed: Float[Array, "n_a n_q"],
     rough: Float[Array, " n_q"],
+    mu: Float[Array, "n freedoms"],
     goal: Float[Array, " n_q"],
     steps: int = DEFAULT_STEPS,
 ) -> tuple[Track, Track]:
     """Assembles a robot at a rough configuration `(q_a, q_p)`, then moves it to a goal.
 
-    With its joints cut, the rods at rest are an exact solution of the rod equations. While the
-    motors are held, the gaps at the joints, and what the platform lacks to equilibrium, close
-    along a line and the platform is free to give: the way one would put the robot together by
-    hand.
+    With its joints cut, the rods under any base wrenches, or at rest, are an exact solution of
+    the rod equations. While the motors are held, the gaps at the joints, and what the platform
+    lacks to equilibrium, close along a line and the platform is free to give: the way one would
+    put the robot together by hand.
+
+    **Arguments:**
+
+    - `mu`: the unknowns of the legs, see `State`, before the joints are closed.
 
     **Returns:** both tracks. A robot that does not assemble does not move either: the second
     has the status of the first.
     """
     n_q = robot.n_a + robot.n_p
-    no_wrench = jnp.zeros((robot.n, robot.geometry.freedoms))
-    apart = ravel(State(rough[: robot.n_a], rough[robot.n_a :], no_wrench))
+    apart = ravel(State(rough[: robot.n_a], rough[robot.n_a :], mu))
 
     def stage(y, task):
         rows, goal = task
@@ -92,12 +103,44 @@ def _straight(begin, goal):
 
 @program
 def from_home(
-    robot: Robot, imposed: Float[Array, "n_a n_q"], goal: Float[Array, " n_q"], steps: int
+    robot: Robot,
+    imposed: Float[Array, "n_a n_q"],
+    mu: Float[Array, "n freedoms"],
+    goal: Float[Array, " n_q"],
+    steps: int,
 ) -> tuple[Track, Track]:
     """`assemble_and_move` from the robot's home configuration."""
     assert robot.home is not None
     rough = jnp.concatenate([robot.home.q_a, robot.home.q_p])
-    return assemble_and_move(robot, imposed, rough, goal, steps)
+    return assemble_and_move(robot, imposed, rough, mu, goal, steps)
+
+
+def at_rest(robot: Robot) -> Float[Array, "n freedoms"]:
+    """Legs as they are before their joints are closed."""
+    return jnp.asarray(np.zeros((robot.n, robot.geometry.freedoms)))
+
+
+@program
+def reaching(robot: Robot, rough: Float[Array, " n_q"], steps: int) -> Float[Array, "n freedoms"]:
+    """Legs bent by themselves towards where their joints are, by the linear theory of their rods.
+
+    Straight inextensible rods at rest form a robot that resists in its own ways only: it has no
+    tangent along which its joints could close. A damped step leaves out what a rod cannot follow.
+    """
+    q_a, q_p = jnp.split(rough, [robot.n_a])
+    free = base_freedoms(robot) > 0.5
+    units = jnp.where(free, scales(robot).pose(robot), scales(robot).wrench(robot))
+
+    def one(leg, q, unit):
+        def rows(x):
+            return leg_rows(robot, steps, leg, q, q_p, x * unit)[0]
+
+        rest = jnp.zeros(unit.size)
+        J, missing = jax.jacfwd(rows)(rest), rows(rest)
+        change, _ = solve_with_sign(J.T @ J + _DAMPING * jnp.eye(unit.size), -J.T @ missing)
+        return unit * change / jnp.maximum(1.0, jnp.max(jnp.abs(change)) / _FURTHEST)
+
+    return jax.vmap(one)(robot.legs, robot.transmission @ q_a, units)
 
 
 @program
@@ -137,14 +180,18 @@ def fitted(robot: Robot, y: Float[Array, " n_y"], steps: int = DEFAULT_STEPS) ->
     """
     state = unravel(robot, y)
     factors = 2.0 ** jnp.linspace(-3.0, 3.0, 49)
+    moves = base_freedoms(robot) > 0.5
+
+    def strained(factor):
+        return jnp.where(moves, state.mu, factor * state.mu)
 
     def missing(factor):
-        scaled = ravel(state._replace(mu=factor * state.mu))
+        scaled = ravel(state._replace(mu=strained(factor)))
         left = jnp.max(jnp.abs(_gap(robot, scaled, steps)))
         return jnp.where(jnp.isfinite(left), left, jnp.inf)
 
     factor = factors[jnp.argmin(jax.vmap(missing)(factors))]
-    return ravel(state._replace(mu=factor * state.mu))
+    return ravel(state._replace(mu=strained(factor)))
 
 
 def _gap(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Float[Array, " n_r"]:
@@ -211,7 +258,11 @@ def search(
 ) -> Track:
     """Assembles a robot in many configurations, follows each, keeps the least energy."""
     starts = search_starts(robot)
-    tracks = _from_all(robot, imposed, starts, goal, steps)
+    rests = jnp.broadcast_to(at_rest(robot), (len(starts), robot.n, robot.geometry.freedoms))
+    tracks = _from_all(robot, imposed, starts, rests, goal, steps)
+    if not np.any(np.asarray(tracks.status) == Status.SOLVED):
+        bent = jnp.stack([reaching(robot, start, steps) for start in starts])
+        tracks = _from_all(robot, imposed, starts, bent, goal, steps)
     energies = jnp.where(tracks.status == Status.SOLVED, tracks.energy, jnp.inf)
     best = int(jnp.argmin(energies))
     track = jax.tree.map(lambda leaf: leaf[best], tracks.track)
@@ -230,9 +281,9 @@ class _Found(NamedTuple):
 
 
 @program
-def _from_all(robot, imposed, starts, goal, steps):
-    def one(rough):
-        _, track = assemble_and_move(robot, imposed, rough, goal, steps)
+def _from_all(robot, imposed, starts, legs, goal, steps):
+    def one(rough, mu):
+        _, track = assemble_and_move(robot, imposed, rough, mu, goal, steps)
         return _Found(track, potential_energy(robot, track.y, steps))
 
-    return jax.vmap(one)(starts)
+    return jax.vmap(one)(starts, legs)

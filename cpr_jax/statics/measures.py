@@ -11,7 +11,7 @@ from ..robots.robot import Robot
 from ..rods.equations import RodState, strain_energy_density, strains
 from ..rods.integration import rod_energy
 from .linear import inverse_with_sign, norm_2
-from .residual import leg_base, residual
+from .residual import base_wrench, leg_base, load_arms, residual
 from .unknowns import unknown_scales, unravel
 
 
@@ -96,11 +96,14 @@ def motor_torques(robot: Robot, y: Float[Array, " n_y"]) -> Float[Array, " n_a"]
         base = leg_base(geometry, leg, q, mu)
         mounted = geometry.exp(leg.base_rotation)
         arm = base.position - base.motor
-        moment = mu[d:] + jnp.stack(geometry.cross(arm, mu[:d]))
+        force, moment = jnp.split(base_wrench(geometry, base), [d])
+        moment = moment + jnp.stack(geometry.cross(arm, force))
         wrench = jnp.stack(
-            [*geometry.unrotate(mounted, mu[:d]), *geometry.to_local(mounted, moment)]
+            [*geometry.unrotate(mounted, force), *geometry.to_local(mounted, moment)]
         )
         torque = -leg.screw @ wrench
+        if leg.stroke is not None:
+            torque -= leg.stroke @ base.force
         if leg.feed is not None:
             local = RodState((0.0,) * d, geometry.identity, base.force, base.moment)
             strain, curvature = strains(geometry, local, base.rod)
@@ -163,6 +166,9 @@ def _energy(robot: Robot, y: Float[Array, " n_y"], rods: _Rods) -> Float[Array, 
     if robot.legs.rod.force is not None:
         energy -= jnp.sum(robot.legs.rod.force * rods.positions)
     energy -= robot.f_P @ q_p[: geometry.d]
+    if robot.loads is not None:
+        points = q_p[: geometry.d] + load_arms(robot, robot.loads, q_p)
+        energy -= jnp.sum(robot.loads.force * points)
     if robot.oriented and geometry.r == 1:
         energy -= robot.m_P @ q_p[geometry.d :]
     return energy

@@ -7,8 +7,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..geometry import AbstractGeometry, Components
+from ..robots.joint import BaseJoint
 from ..robots.leg import Leg
-from ..robots.robot import Robot
+from ..robots.robot import PointLoads, Robot
 from ..rods.equations import RodState
 from ..rods.integration import DEFAULT_STEPS, rod_tip
 from ..rods.rod import Rod
@@ -22,6 +23,7 @@ class LegBase(NamedTuple):
 
     - `position`, `rotation`: of the rod's first cross-section in world axes.
     - `motor`: position of the motor's axis in world axes.
+    - `joint`: position of the passive joint, or again of the motor's axis.
     - `rod`: with its fed length and its load turned into the axes of the base.
     - `force`, `moment`: `n(0)` and `m(0)` in the axes of the base.
     """
@@ -29,6 +31,7 @@ class LegBase(NamedTuple):
     position: Float[Array, " d"]
     rotation: Components
     motor: Float[Array, " d"]
+    joint: Float[Array, " d"]
     rod: Rod
     force: Float[Array, " d"]
     moment: Float[Array, " r"]
@@ -40,13 +43,21 @@ def leg_base(
     q: Float[Array, ""],
     mu: Float[Array, " freedoms"],
 ) -> LegBase:
-    """Actuator and rigid segment a: `p_i(0) = motor + R(q) a`."""
+    """Actuator, passive joint and rigid segment a: `p_i(0) = motor + R(q) a`."""
     d = geometry.d
     mounted = geometry.exp(leg.base_rotation)
     rotation = geometry.compose(mounted, geometry.exp(leg.screw[d:] * q))
     slide = jnp.stack(geometry.rotate(mounted, leg.screw[:d] * q))
-    motor = leg.base_position + slide
-    position = motor + jnp.stack(geometry.rotate(rotation, leg.a))
+    joint = motor = leg.base_position + slide
+    force, moment = mu[:d], mu[d:]
+    if leg.base_joint is not None:
+        joint, rotation, force, moment = _released(geometry, leg.base_joint, motor, rotation, mu)
+    a = leg.a if leg.stroke is None else leg.a + leg.stroke * q
+    arm = jnp.stack(geometry.rotate(rotation, a))
+    position = joint + arm
+    if leg.base_joint is not None:
+        # The unknowns belong to the joint, the rod begins behind its rigid segment.
+        moment = moment - jnp.stack(geometry.cross(arm, force))
     rod = leg.rod
     length = rod.length if leg.feed is None else rod.length + leg.feed * q
     local_rod = Rod(
@@ -61,9 +72,39 @@ def leg_base(
         position=position,
         rotation=rotation,
         motor=motor,
+        joint=joint,
         rod=local_rod,
-        force=jnp.stack(geometry.unrotate(rotation, mu[:d])),
-        moment=jnp.stack(geometry.to_local(rotation, mu[d:])),
+        force=jnp.stack(geometry.unrotate(rotation, force)),
+        moment=jnp.stack(geometry.to_local(rotation, moment)),
+    )
+
+
+def _released(geometry: AbstractGeometry, joint: BaseJoint, motor, carrier, mu):
+    """A passive joint on its carrier: its place, the leg's rotation, force and moment there.
+
+    Of the unknowns `mu` those in free directions are motions of the joint, m and rad, the others
+    the components of the wrench along and about its axes.
+    """
+    d = geometry.d
+    slides, turns = joint.free[:d], joint.free[d:]
+    outer = geometry.compose(carrier, geometry.exp(joint.rotation))
+    place = motor + jnp.stack(geometry.rotate(carrier, joint.position))
+    place = place + jnp.stack(geometry.rotate(outer, slides * mu[:d]))
+    later = jnp.stack(jnp.broadcast_arrays(*geometry.later(turns)))
+    turned = geometry.compose(outer, geometry.exp((1.0 - later) * turns * mu[d:]))
+    rotation = geometry.compose(turned, geometry.exp(later * turns * mu[d:]))
+    force = jnp.stack(geometry.rotate(outer, (1.0 - slides) * mu[:d]))
+    axes = jnp.stack([jnp.stack(axis) for axis in geometry.joint_axes(turns, outer, rotation)])
+    return place, rotation, force, ((1.0 - turns) * mu[d:]) @ axes
+
+
+def base_wrench(geometry: AbstractGeometry, base: LegBase) -> Float[Array, " freedoms"]:
+    """`n(0)` and `m(0)` in world axes."""
+    return jnp.stack(
+        [
+            *geometry.rotate(base.rotation, base.force),
+            *geometry.to_outer(base.rotation, base.moment),
+        ]
     )
 
 
@@ -77,7 +118,7 @@ def to_world(geometry: AbstractGeometry, base: LegBase, state: RodState) -> RodS
     )
 
 
-def _leg_rows(robot: Robot, steps: int, leg: Leg, q, q_p, mu):
+def leg_rows(robot: Robot, steps: int, leg: Leg, q, q_p, mu):
     """A leg's joint rows in SI units, and the wrench that it takes from the platform at p_P."""
     geometry = robot.geometry
     d = geometry.d
@@ -93,16 +134,15 @@ def _leg_rows(robot: Robot, steps: int, leg: Leg, q, q_p, mu):
     arm = jnp.stack(geometry.rotate(orientation, leg.attachment_position))
     frame = geometry.compose(orientation, geometry.exp(leg.attachment_rotation))
     gap = geometry.unrotate(frame, q_p[:d] + arm - end)
-    turn = geometry.log(geometry.compose(geometry.inverse(tip.rotation), frame))
+    released = leg.joint.free[d:]
+    seen = geometry.compose(geometry.inverse(tip.rotation), frame)
+    turn = geometry.misalignment(released, seen)
     error = jnp.stack([*gap, *turn])
 
     lever = jnp.stack(geometry.cross((1.0 - leg.joint.lever) * b, tip.force))
-    transmitted = jnp.stack(
-        [
-            *geometry.unrotate(frame, tip.force),
-            *geometry.to_local(frame, moment + lever),
-        ]
-    )
+    axes = geometry.joint_axes(released, frame, tip.rotation)
+    about_axes = [jnp.dot(jnp.stack(axis), moment + lever) for axis in axes]
+    transmitted = jnp.stack([*geometry.unrotate(frame, tip.force), *about_axes])
     units = scales(robot)
     rows = jnp.where(
         leg.joint.free > 0.5,
@@ -126,9 +166,26 @@ def residual(
     moment at the pivot, `m(l_i) - R_i(l_i) b_i × n(l_i)`, for the legs of (15).
     """
     q = robot.transmission @ state.q_a
-    rows, wrenches = jax.vmap(lambda leg, q, mu: _leg_rows(robot, steps, leg, q, state.q_p, mu))(
+    rows, wrenches = jax.vmap(lambda leg, q, mu: leg_rows(robot, steps, leg, q, state.q_p, mu))(
         robot.legs, q, state.mu
     )
     load = jnp.concatenate([robot.f_P, robot.m_P])
+    if robot.loads is not None:
+        load = load + _carried(robot, robot.loads, state.q_p)
     balance = (load - jnp.sum(wrenches, axis=0)) / scales(robot).wrench(robot)
     return jnp.concatenate([balance[: robot.n_p], rows.reshape(-1)])
+
+
+def load_arms(robot: Robot, loads: PointLoads, q_p: Float[Array, " n_p"]) -> Float[Array, "k d"]:
+    """From `p_P` to where the forces act, world axes."""
+    geometry = robot.geometry
+    orientation = geometry.exp(q_p[geometry.d :])
+    return jax.vmap(lambda v: jnp.stack(geometry.rotate(orientation, v)))(loads.position)
+
+
+def _carried(robot: Robot, loads: PointLoads, q_p) -> Float[Array, " freedoms"]:
+    """Resultant at `p_P` of the forces on a body."""
+    geometry = robot.geometry
+    arms = load_arms(robot, loads, q_p)
+    moments = jax.vmap(lambda arm, f: jnp.stack(geometry.cross(arm, f)))(arms, loads.force)
+    return jnp.concatenate([jnp.sum(loads.force, axis=0), jnp.sum(moments, axis=0)])

@@ -22,13 +22,15 @@ class Shape(NamedTuple):
 
     - `s`: arc length along each rod, m, shape `(n, points)`.
     - `rods`: states along the rods; `rods.position` has shape `(n, points, d)`, m.
-    - `motors`: positions of the motors, m, `(n, d)`.
+    - `motors`, `pivots`: positions of the motors and of the passive joints at the base, which are
+        the same where there are none, m, `(n, d)`.
     - `joints`: far ends of the rigid segments b, m, `(n, d)`.
     """
 
     s: Float[Array, "n points"]
     rods: RodState
     motors: Float[Array, "n d"]
+    pivots: Float[Array, "n d"]
     joints: Float[Array, "n d"]
 
 
@@ -47,6 +49,7 @@ def _shape(robot: Robot, y: Float[Array, " n_y"], points: int) -> Shape:
         local = rod_shape(geometry, base.rod, base.force, base.moment, points - 1)
         rods = jax.vmap(lambda x: to_world(geometry, base, x))(local)
         joint = rods.position[-1] + jnp.stack(geometry.rotate(rods.rotation[-1], leg.b))
-        return Shape(jnp.linspace(0.0, 1.0, points) * base.rod.length, rods, base.motor, joint)
+        s = jnp.linspace(0.0, 1.0, points) * base.rod.length
+        return Shape(s, rods, base.motor, base.joint, joint)
 
     return jax.vmap(one)(robot.legs, robot.transmission @ state.q_a, state.mu)

@@ -18,7 +18,8 @@ class State(NamedTuple):
 
     - `q_a`: motor positions, rad or m, shape `(n_a,)`.
     - `q_p`: platform position in world axes, m, then for a body its rotation vector, rad.
-    - `mu`: `n(0)`, N, and `m(0)`, N·m, at the base of each rod in world axes, `(n, d + r)`.
+    - `mu`: `n(0)`, N, and `m(0)`, N·m, at the base of each rod in world axes, `(n, d + r)`; of a
+        robot with passive joints at the base, see `BaseJoint`, their wrenches and motions.
     """
 
     q_a: Float[Array, " n_a"]
@@ -73,10 +74,18 @@ def scales(robot: Robot) -> Scales:
 def unknown_scales(robot: Robot) -> Float[Array, " n_y"]:
     """The unit of each entry of the flat y."""
     units = scales(robot)
-    parts = units.motors(robot), units.pose(robot), units.wrench(robot)
+    parts = units.motors(robot), units.pose(robot), units.wrench(robot), base_freedoms(robot)
     xp = namespace(*parts)
-    motors, pose, wrench = (xp.asarray(part) for part in parts)
-    return jnp.asarray(xp.concatenate([motors, pose[: robot.n_p], xp.tile(wrench, robot.n)]))
+    motors, pose, wrench, free = (xp.asarray(part) for part in parts)
+    legs = xp.where(free > 0.5, pose, wrench)
+    return jnp.asarray(xp.concatenate([motors, pose[: robot.n_p], legs.reshape(-1)]))
+
+
+def base_freedoms(robot: Robot) -> Float[Array, "n freedoms"]:
+    """1 for each of `mu` that is a motion of a passive joint, 0 for components of wrenches."""
+    if robot.legs.base_joint is None:
+        return jnp.asarray(np.zeros((robot.n, robot.geometry.freedoms)))
+    return robot.legs.base_joint.free
 
 
 def ravel(state: State) -> Float[Array, " n_y"]:
@@ -92,6 +101,9 @@ def unravel(robot: Robot, y: Float[Array, " n_y"]) -> State:
     return State(q_a, q_p, mu.reshape(robot.n, robot.geometry.freedoms))
 
 
+_UNITS = {"n": "N", "m": "N m", "s": "m", "eta": "rad"}
+
+
 def unknown_labels(robot: Robot) -> tuple[str, ...]:
     """Label of each entry of the flat y; motors and legs count from 1."""
     geometry = robot.geometry
@@ -101,10 +113,28 @@ def unknown_labels(robot: Robot) -> tuple[str, ...]:
     wrenches = [
         f"{name}{i + 1}_{axis}"
         for i in range(robot.n)
-        for name, axes in (("n", geometry.axes), ("m", geometry.rotation_axes))
-        for axis in axes
+        for name, axis in zip(_leg_names(robot, i), _leg_axes(robot), strict=True)
     ]
     return (*(f"q{i + 1}" for i in range(robot.n_a)), *platform, *wrenches)
+
+
+def _leg_axes(robot: Robot) -> tuple[str, ...]:
+    """World axes, or numbers of the local axes of passive joints."""
+    geometry = robot.geometry
+    if robot.legs.base_joint is None:
+        return (*geometry.axes, *geometry.rotation_axes)
+    return (*"123"[: geometry.d], *"123"[3 - geometry.r :])
+
+
+def _leg_names(robot: Robot, leg: int) -> list[str]:
+    """Forces `n` and moments `m`; of passive joints also slides `s` and turns `eta`."""
+    d, r = robot.geometry.d, robot.geometry.r
+    wrenches, motions = ["n"] * d + ["m"] * r, ["s"] * d + ["eta"] * r
+    free = base_freedoms(robot)
+    if isinstance(free, jax.core.Tracer):
+        return wrenches
+    moves = np.asarray(free)[leg] > 0.5
+    return [motion if m else w for m, motion, w in zip(moves, motions, wrenches, strict=True)]
 
 
 def unknown_units(robot: Robot) -> tuple[str, ...]:
@@ -112,9 +142,9 @@ def unknown_units(robot: Robot) -> tuple[str, ...]:
     geometry = robot.geometry
     sliding = [bool(u) for u in _slides(robot)]
     pose = ["m"] * geometry.d + ["rad"] * geometry.r
-    wrench = ["N"] * geometry.d + ["N m"] * geometry.r
+    wrenches = [_UNITS[name] for i in range(robot.n) for name in _leg_names(robot, i)]
     motors = ["m" if slides else "rad" for slides in sliding]
-    return (*motors, *pose[: robot.n_p], *(wrench * robot.n))
+    return (*motors, *pose[: robot.n_p], *wrenches)
 
 
 def _slides(robot: Robot):

@@ -244,7 +244,7 @@ def _map(job: _Job, bar: tqdm) -> xr.Dataset:
     lines = singular_lines(robot, grid, y[stands_for], solved[stands_for], sign[stands_for], steps)
     bar.update(bar.total - bar.n)
     found = Found(status, solved, seam, cells, stands_for, levels)
-    return map_dataset(robot, grid, selection, delta, found, lines)
+    return map_dataset(robot, grid, selection, np.asarray(delta), found, lines)
 
 
 def _followed(front: Front, parts: Parts, bar: tqdm, level: int, stride: int) -> None:
