@@ -172,6 +172,13 @@ def program(function: _Function) -> _Function:
     return _Program(function)  # type: ignore[return-value]
 
 
+def started(job: Callable[[], None]) -> threading.Thread:
+    """A thread that compiles what will be needed; to be joined before it is."""
+    thread = threading.Thread(target=job, name="cpr_jax-compile", daemon=True)
+    thread.start()
+    return thread
+
+
 def _devices(arrays) -> frozenset | None:
     """Where arrays lie; `None` if they have no values yet or lie on several devices."""
     if any(isinstance(array, jax.core.Tracer) for array in arrays):

@@ -109,7 +109,7 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[S
             follows = follows.at[:d, d:].set(_spin(geometry, arm))
         frame = geometry.compose(orientation, geometry.exp(leg.attachment_rotation))
         released = leg.joint.free[d:]
-        Q = _axes(geometry, frame, geometry.joint_axes(released, frame, tip.rotation))
+        Q = _axes(geometry, released, frame, tip.rotation)
         moment = tip.moment - jnp.stack(geometry.cross(b, tip.force))
         # In the joint's axes and free of units; what is locked gets a stiffness of one.
         K_joint = (Q.T @ K @ Q) / wrench[:, None] * pose
@@ -223,7 +223,7 @@ def _released_base(geometry: AbstractGeometry, leg: Leg, q, mu, units, carried):
     tangents = jax.jacfwd(move)(mu) / units[:, None] * steps
     carrier = geometry.compose(geometry.exp(leg.base_rotation), geometry.exp(leg.screw[d:] * q))
     outer = geometry.compose(carrier, geometry.exp(joint.rotation))
-    Q = _axes(geometry, outer, geometry.joint_axes(released, outer, here.rotation))
+    Q = _axes(geometry, released, outer, here.rotation)
     # A slide that nothing resists would leave the tip without a stiffness.
     tangents = tangents.at[f:].add(_SOFTENING * Q * free)
 
@@ -243,9 +243,8 @@ def _bent(geometry: AbstractGeometry, released, axes, moment) -> Float[Array, "r
     Turns α about `a`, then β about `b`, make `α a + β b + ½ α β a × b` of a rotation vector.
     """
     d = geometry.d
-    later = jnp.stack(jnp.broadcast_arrays(*geometry.later(released)))
     turned = jax.vmap(lambda axis: _turned(geometry, axis, moment))(axes[d:, d:].T)
-    product = -0.5 * (turned @ axes[d:, d:]) * released[:, None] * later
+    product = -0.5 * (turned @ axes[d:, d:]) * released[:, None] * geometry.later(released)
     return product + product.T
 
 
@@ -316,9 +315,11 @@ def _carried(geometry: AbstractGeometry, axes, force, moment) -> Float[Array, "f
     return jnp.concatenate([slides, turns])
 
 
-def _axes(geometry: AbstractGeometry, rotation, turns) -> Float[Array, "freedoms freedoms"]:
-    """Columns: the axes of a frame for positions, then those of a joint for rotations."""
+def _axes(
+    geometry: AbstractGeometry, released, outer: Components, leg: Components
+) -> Float[Array, "freedoms freedoms"]:
+    """Columns: the axes of a joint's outer frame for positions, then its own for rotations."""
     d, r = geometry.d, geometry.r
-    arms = jax.vmap(lambda v: jnp.stack(geometry.rotate(rotation, v)))(jnp.eye(d)).T
-    turns = jnp.stack([jnp.stack(axis) for axis in turns], axis=1)
+    arms = geometry.matrix(outer)
+    turns = geometry.joint_axes(released, geometry.frame(outer), geometry.frame(leg))
     return jnp.zeros((d + r, d + r)).at[:d, :d].set(arms).at[d:, d:].set(turns)

@@ -116,7 +116,7 @@ class AbstractGeometry(abc.ABC):
         """The rotation vector of a rotation, its angle in (-π, π], rad."""
 
     @abc.abstractmethod
-    def later(self, free: Components) -> Components:
+    def later(self, free: Float[Array, " r"]) -> Float[Array, " r"]:
         """1 for the axis of a universal joint that the leg carries, 0 elsewhere.
 
         A joint that leaves two rotations free turns about the earlier axis, which belongs to the
@@ -128,7 +128,34 @@ class AbstractGeometry(abc.ABC):
         """
 
     @abc.abstractmethod
-    def misalignment(self, free: Components, rotation: Components) -> Components:
+    def matrix(self, rotation: Components) -> Float[Array, "d d"]:
+        """The rotation as a matrix `R` that acts on vectors."""
+
+    @abc.abstractmethod
+    def frame(self, rotation: Components) -> Any:
+        """A rotation in the form in which `outward` and its kin apply it to many vectors.
+
+        Outside of integrations the size of a program counts: in space this is a matrix.
+        """
+
+    @abc.abstractmethod
+    def outward(self, frame: Any, vector: Float[Array, " d"]) -> Float[Array, " d"]:
+        """A vector of the local frame, expressed in the outer one: `R v`."""
+
+    @abc.abstractmethod
+    def inward(self, frame: Any, vector: Float[Array, " d"]) -> Float[Array, " d"]:
+        """A vector of the outer frame, expressed in the local one: `Rᵀ v`."""
+
+    @abc.abstractmethod
+    def moment_outward(self, frame: Any, moment: Float[Array, " r"]) -> Float[Array, " r"]:
+        """A moment of the local frame, expressed in the outer one."""
+
+    @abc.abstractmethod
+    def moment_inward(self, frame: Any, moment: Float[Array, " r"]) -> Float[Array, " r"]:
+        """A moment of the outer frame, expressed in the local one."""
+
+    @abc.abstractmethod
+    def misalignment(self, free: Float[Array, " r"], rotation: Components) -> Float[Array, " r"]:
         """What vanishes, for each locked rotation of a joint, where the joint is assembled.
 
         **Arguments:**
@@ -138,13 +165,16 @@ class AbstractGeometry(abc.ABC):
 
     @abc.abstractmethod
     def joint_axes(
-        self, free: Components, outer: Components, leg: Components
-    ) -> tuple[Components, ...]:
-        """Axes about which a joint turns or transmits a moment, world components.
+        self,
+        free: Float[Array, " r"],
+        outer: Any,
+        leg: Any,
+    ) -> Float[Array, "r r"]:
+        """Columns: axes about which a joint turns or transmits a moment, in world axes.
 
         **Arguments:**
 
-        - `outer`, `leg`: rotations of the base or the platform, and of the leg.
+        - `outer`, `leg`: frames of the base or the platform, and of the leg.
         """
 
     @abc.abstractmethod

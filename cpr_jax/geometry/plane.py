@@ -1,6 +1,7 @@
 """The yz-plane: angles are measured from y to z, `(a × b)_x = a_y b_z - a_z b_y`."""
 
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from .abstract import AbstractGeometry, Components
 
@@ -61,16 +62,35 @@ class Plane(AbstractGeometry):
         c, s = rotation
         return (jnp.arctan2(s, c),)
 
-    def later(self, free: Components) -> Components:
-        return (0.0,)
+    def matrix(self, rotation: Components) -> Float[Array, "2 2"]:
+        c, s = rotation
+        return jnp.stack([jnp.stack([c, -s]), jnp.stack([s, c])])
 
-    def misalignment(self, free: Components, rotation: Components) -> Components:
-        return self.log(rotation)
+    def frame(self, rotation: Components) -> Components:
+        return rotation
+
+    def outward(self, frame: Components, vector: Float[Array, "2"]) -> Float[Array, "2"]:
+        return jnp.stack(self.rotate(frame, vector))
+
+    def inward(self, frame: Components, vector: Float[Array, "2"]) -> Float[Array, "2"]:
+        return jnp.stack(self.unrotate(frame, vector))
+
+    def moment_outward(self, frame: Components, moment: Float[Array, "1"]) -> Float[Array, "1"]:
+        return moment
+
+    def moment_inward(self, frame: Components, moment: Float[Array, "1"]) -> Float[Array, "1"]:
+        return moment
+
+    def later(self, free: Float[Array, "1"]) -> Float[Array, "1"]:
+        return jnp.zeros_like(free)
+
+    def misalignment(self, free: Float[Array, "1"], rotation: Components) -> Float[Array, "1"]:
+        return jnp.stack(self.log(rotation))
 
     def joint_axes(
-        self, free: Components, outer: Components, leg: Components
-    ) -> tuple[Components, ...]:
-        return ((1.0,),)
+        self, free: Float[Array, "1"], outer: Components, leg: Components
+    ) -> Float[Array, "1 1"]:
+        return jnp.ones((1, 1))
 
     def cross(self, arm: Components, force: Components) -> Components:
         return (arm[0] * force[1] - arm[1] * force[0],)

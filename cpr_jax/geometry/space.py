@@ -1,7 +1,7 @@
 """Space: world axes x, y, z; the restriction to the yz-plane is `Plane`."""
 
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from .abstract import AbstractGeometry, Components
 
@@ -88,39 +88,51 @@ class Space(AbstractGeometry):
         factor = jnp.where(small, series, 2.0 * jnp.arctan2(sine, w) / sine)
         return tuple(factor * c for c in axis)
 
-    def later(self, free: Components) -> Components:
-        a, b, c = free
-        return 0.0 * a, a * b * (1.0 - c), c * (a * (1.0 - b) + b * (1.0 - a))
-
-    def misalignment(self, free: Components, rotation: Components) -> Components:
-        # The axes of a universal joint stay at right angles; elsewhere nothing turns at all.
-        _, first_y, first_z = self.rotate(rotation, (1.0, 0.0, 0.0))
-        _, _, second_z = self.rotate(rotation, (0.0, 1.0, 0.0))
-        across = second_z, -first_z, first_y
-        return tuple(
-            jnp.where(universal > 0.5, product, turn)
-            for universal, product, turn in zip(
-                _universal(free), across, self.log(rotation), strict=True
-            )
+    def matrix(self, rotation: Components) -> Float[Array, "3 3"]:
+        w, x, y, z = rotation
+        rows = (
+            (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
+            (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
+            (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
         )
+        return jnp.stack([jnp.stack(row) for row in rows])
+
+    def frame(self, rotation: Components) -> Float[Array, "3 3"]:
+        return self.matrix(rotation)
+
+    def outward(self, frame: Float[Array, "3 3"], vector: Float[Array, "3"]) -> Float[Array, "3"]:
+        # A sum, which XLA fuses with what is around it.
+        return jnp.sum(frame * vector, axis=1)
+
+    def inward(self, frame: Float[Array, "3 3"], vector: Float[Array, "3"]) -> Float[Array, "3"]:
+        return jnp.sum(frame * vector[:, None], axis=0)
+
+    def moment_outward(
+        self, frame: Float[Array, "3 3"], moment: Float[Array, "3"]
+    ) -> Float[Array, "3"]:
+        return self.outward(frame, moment)
+
+    def moment_inward(
+        self, frame: Float[Array, "3 3"], moment: Float[Array, "3"]
+    ) -> Float[Array, "3"]:
+        return self.inward(frame, moment)
+
+    def later(self, free: Float[Array, "3"]) -> Float[Array, "3"]:
+        a, b, c = free
+        return jnp.stack([0.0 * a, a * b * (1.0 - c), c * (a + b - 2.0 * a * b)])
+
+    def misalignment(self, free: Float[Array, "3"], rotation: Components) -> Float[Array, "3"]:
+        # The axes of a universal joint stay at right angles; elsewhere nothing turns at all.
+        w, x, y, z = rotation
+        across = jnp.stack([y * z + w * x, w * y - x * z, x * y + w * z])
+        return jnp.where(_universal(free), 2.0 * across, jnp.stack(self.log(rotation)))
 
     def joint_axes(
-        self, free: Components, outer: Components, leg: Components
-    ) -> tuple[Components, ...]:
-        units = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-
-        def chosen(flag, one, other):
-            return tuple(jnp.where(flag > 0.5, a, b) for a, b in zip(one, other, strict=True))
-
-        axes = [
-            chosen(flag, self.rotate(leg, unit), self.rotate(outer, unit))
-            for flag, unit in zip(self.later(free), units, strict=True)
-        ]
-        normals = [self.cross(axes[k - 2], axes[k - 1]) for k in range(3)]
-        return tuple(
-            chosen(flag, normal, axis)
-            for flag, normal, axis in zip(_universal(free), normals, axes, strict=True)
-        )
+        self, free: Float[Array, "3"], outer: Float[Array, "3 3"], leg: Float[Array, "3 3"]
+    ) -> Float[Array, "3 3"]:
+        axes = jnp.where(self.later(free) > 0.5, leg, outer)
+        normals = jnp.cross(jnp.roll(axes, 2, axis=1), jnp.roll(axes, 1, axis=1), axis=0)
+        return jnp.where(_universal(free), normals, axes)
 
     def cross(self, arm: Components, force: Components) -> Components:
         x, y, z = arm
@@ -128,10 +140,9 @@ class Space(AbstractGeometry):
         return y * c - z * b, z * a - x * c, x * b - y * a
 
 
-def _universal(free: Components) -> Components:
-    """1 for the locked rotation of a universal joint, 0 elsewhere."""
-    a, b, c = free
-    return (1.0 - a) * b * c, (1.0 - b) * c * a, (1.0 - c) * a * b
+def _universal(free: Float[Array, "3"]) -> Bool[Array, "3"]:
+    """Whether a rotation is the locked one of a universal joint."""
+    return (free < 0.5) & (jnp.sum(free) == 2.0)
 
 
 def _squared(vector: Components) -> Float[Array, ""]:

@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 
 import jax.numpy as jnp
+import numpy as np
 
 from ..geometry import PLANE, namespace
 from ..rods.rod import kirchhoff_rod
 from .joint import Joint, pivot
-from .leg import make_leg
+from .leg import make_leg, prismatic_screw
 from .robot import Robot, make_robot
 
 
@@ -117,4 +118,38 @@ def three_rfr() -> Robot:
             for label, value in ((f"k_b{i}", 1.83e-3), (f"r_c{i}", 0.05))
         },
         name="3-RFR",
+    )
+
+
+def three_pfr() -> Robot:
+    """A planar 3-PFR robot: sliders push three precurved rods to pivots of a triangular platform.
+
+    The sliders move towards the centre from a circle of 0.3 m; rods of 0.25 m with the stiffness
+    of the paper's robot end at a circle of 0.06 m of the platform, each 30 degrees further on.
+    """
+    legs = []
+    for angle in (-90.0, 30.0, 150.0):
+        out, on = np.deg2rad(angle), np.deg2rad(angle + 30.0)
+        legs.append(
+            make_leg(
+                PLANE,
+                (0.3 * np.cos(out), 0.3 * np.sin(out)),
+                kirchhoff_rod(PLANE, 0.25, 0.0183, 2.0),
+                base_rotation=np.array([out + np.pi]),
+                screw=prismatic_screw(PLANE),
+                attachment_position=(0.06 * np.cos(on), 0.06 * np.sin(on)),
+            )
+        )
+    return make_robot(
+        PLANE,
+        legs,
+        oriented=True,
+        f_P=(0.0, -0.5),
+        home=((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+        uncertainty={
+            label: value
+            for i in (1, 2, 3)
+            for label, value in ((f"k_b{i}", 1.83e-3), (f"r_c{i}", 0.05))
+        },
+        name="3-PFR",
     )

@@ -1,5 +1,6 @@
 """The forward and the inverse geometrico-static problem."""
 
+import threading
 from typing import Any
 
 import equinox as eqx
@@ -10,12 +11,13 @@ from jaxtyping import Array, Float, Int
 
 from ..errors import InputError, check_integer
 from ..geometry import Numbers, namespace
-from ..programs import program
+from ..programs import program, started
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
+from .continuation import Track
 from .guess import at_rest, detours, from_home, from_neighbour, reaching, search
-from .measures import Measures, measure
-from .problem import TOLERANCE, Problem, find_root, forward_rows, inverse_rows
+from .measures import Measures, measures_with
+from .problem import Problem, find_root, forward_rows, inverse_rows
 from .residual import base_wrench, leg_base
 from .status import SolveError, Status
 from .unknowns import State, ravel, unknown_scales, unravel
@@ -110,21 +112,41 @@ def solve_forward(
 
 
 def _solve(robot, imposed, target, guess, steps, throw):
-    traced = any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((robot, target)))
-    frozen = jax.lax.stop_gradient(robot)
+    given = jax.tree.leaves((robot, target, guess))
+    traced = any(isinstance(leaf, jax.core.Tracer) for leaf in given)
+    alone = "search" if robot.home is None else "home"
+    branch = alone if guess is None else "neighbour"
+    if traced:
+        reached = _reached(robot, imposed, target, guess, steps, True)
+    else:
+        ending = _compile_polish(robot, imposed, target, branch, steps)
+        try:
+            reached = _reached(robot, imposed, target, guess, steps, False)
+        finally:
+            ending.join()
+        # From numpy, as ahead: a weak type would make another program.
+        reached = jax.tree.map(np.asarray, reached)
+    equilibrium = polish(robot, imposed, target, reached.y, reached.status, branch, steps)
+    if throw and not traced and int(equilibrium.status) != Status.SOLVED:
+        status = Status(int(equilibrium.status))
+        raise SolveError(status, f"No equilibrium of {robot.name}: {status.message}.")
+    return equilibrium
+
+
+def _reached(robot, imposed, target, guess, steps, traced) -> Track:
+    """The way to a target: from a neighbour, from home, or found by a search."""
+    robot = jax.lax.stop_gradient(robot)
     goal = jax.lax.stop_gradient(target)
-    branch = "home"
     assembled = True
     if guess is not None:
-        branch = "neighbour"
         y = jax.lax.stop_gradient(guess.y)
-        start, reached = from_neighbour(frozen, imposed, y, goal, steps)
+        start, reached = from_neighbour(robot, imposed, y, goal, steps)
     elif robot.home is not None:
-        home, reached = from_home(frozen, imposed, at_rest(frozen), goal, steps)
+        home, reached = from_home(robot, imposed, at_rest(robot), goal, steps)
         if not traced and int(home.status) != Status.SOLVED:
-            rough = jnp.concatenate([frozen.home.q_a, frozen.home.q_p])
-            bent = reaching(frozen, rough, steps)
-            home, reached = from_home(frozen, imposed, bent, goal, steps)
+            rough = jnp.concatenate([robot.home.q_a, robot.home.q_p])
+            bent = reaching(robot, rough, steps)
+            home, reached = from_home(robot, imposed, bent, goal, steps)
         start, assembled = home.y, traced or int(home.status) == Status.SOLVED
     elif traced:
         raise InputError(
@@ -132,29 +154,48 @@ def _solve(robot, imposed, target, guess, steps, throw):
             "inside a JAX transformation, but its `home` is None."
         )
     else:
-        branch = "search"
-        reached = search(frozen, imposed, goal, steps)
-    lost = not traced and branch != "search" and int(reached.status) == Status.LOST
-    if lost and assembled:
-        reached = detours(frozen, imposed, start, goal, reached, steps)
-    equilibrium = polish(robot, imposed, target, reached, branch, steps)
-    if throw and not traced and int(equilibrium.status) != Status.SOLVED:
-        status = Status(int(equilibrium.status))
-        raise SolveError(status, f"No equilibrium of {robot.name}: {status.message}.")
-    return equilibrium
+        return search(robot, imposed, goal, steps)
+    if not traced and int(reached.status) == Status.LOST and assembled:
+        reached = detours(robot, imposed, start, goal, reached, steps)
+    return reached
+
+
+_compiled: set[Any] = set()
+
+
+def _compile_polish(robot, imposed, target, branch, steps) -> threading.Thread:
+    """Starts to compile `polish` while the way to a solution is compiled and followed."""
+    leaves, structure = jax.tree.flatten((robot, imposed, target))
+    key = structure, tuple(np.shape(leaf) for leaf in leaves), branch, steps
+    known = key in _compiled
+    _compiled.add(key)
+
+    def compile_it() -> None:
+        # It gives up at once on a guess that is not a number.
+        if not known:
+            nowhere = np.full(robot.n_y, np.nan), np.asarray(int(Status.LOST))
+            polish(robot, imposed, target, *nowhere, branch, steps)
+
+    return started(compile_it)
 
 
 @program
-def polish(robot, imposed, target, reached, branch, steps):
-    """The equilibrium at the end of a track, with its derivatives and its measures."""
-    guess = jnp.where(reached.status == Status.SOLVED, reached.y, jnp.nan)
-    root = find_root(Problem(robot, imposed, target), guess, steps=steps, verify=False)
-    found = jax.lax.stop_gradient(jnp.where(root.status == Status.SOLVED, root.y, 0.0))
-    measures, left = measure(robot, found, steps)
+def polish(robot, imposed, target, y, outcome, branch, steps):
+    """The equilibrium at the end of a track, with its derivatives and its measures.
+
+    **Arguments:**
+
+    - `y`, `outcome`: the unknowns there and the status of the track.
+    """
+    guess = jnp.where(outcome == Status.SOLVED, y, jnp.nan)
+    root = find_root(Problem(robot, imposed, target), guess, steps=steps, look=True)
+    assert root.jacobian is not None
+    found, matrix, left = jax.lax.stop_gradient((root.y, root.jacobian, root.residual))
+    found = jnp.where(root.status == Status.SOLVED, found, 0.0)
+    measures = measures_with(robot, found, matrix[: robot.n_y - robot.n_a], steps)
     stayed = jnp.max(jnp.abs(found - guess) / unknown_scales(robot)) < 1e-3
-    status = jnp.where(left < TOLERANCE, root.status, Status.NOT_CONVERGED)
-    status = jnp.where((status == Status.SOLVED) & ~stayed, Status.LOST, status)
-    status = jnp.where(reached.status == Status.SOLVED, status, reached.status)
+    status = jnp.where((root.status == Status.SOLVED) & ~stayed, Status.LOST, root.status)
+    status = jnp.where(outcome == Status.SOLVED, status, outcome)
     solved = status == Status.SOLVED
     y = jnp.where(solved, root.y, jnp.nan)
     measures = jax.tree.map(lambda leaf: jnp.where(solved, leaf, jnp.nan), measures)

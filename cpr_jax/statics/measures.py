@@ -44,7 +44,6 @@ class Measures(eqx.Module):
 
 def measure(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[Measures, Float[Array, ""]]:
     """The measures at the unknowns `y` of an equilibrium, and the largest entry of `R₀` there."""
-    robot = jax.lax.stop_gradient(robot)
     units = unknown_scales(robot)
 
     def rows(scaled):
@@ -52,6 +51,14 @@ def measure(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[Measures
         return R_0, R_0
 
     matrix, R_0 = jax.jacfwd(rows, has_aux=True)(y / units)
+    return measures_with(robot, y, matrix, steps), jnp.max(jnp.abs(R_0))
+
+
+def measures_with(
+    robot: Robot, y: Float[Array, " n_y"], matrix: Float[Array, "n_r n_y"], steps: int
+) -> Measures:
+    """As `measure`, where `∂R₀/∂y` in the dimensionless unknowns is known."""
+    robot = jax.lax.stop_gradient(robot)
     n_a, n_q = robot.n_a, robot.n_a + robot.n_p
     A_p = matrix[:, n_a:]
     A_q = jnp.concatenate([matrix[:, :n_a], matrix[:, n_q:]], axis=1)
@@ -60,7 +67,7 @@ def measure(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[Measures
         sigma_t1, sign_t1 = _smallest(A_q)
     sigma_t2, sign_t2 = _smallest(A_p)
     rods = _rods(robot, y, steps)
-    measures = Measures(
+    return Measures(
         sigma_t1=sigma_t1,
         sigma_t2=sigma_t2,
         sign_t1=sign_t1,
@@ -70,7 +77,6 @@ def measure(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[Measures
         energy=_energy(robot, y, rods),
         bows=_bows(robot, y, rods),
     )
-    return measures, jnp.max(jnp.abs(R_0))
 
 
 def _smallest(

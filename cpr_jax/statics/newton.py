@@ -19,6 +19,8 @@ class _NewtonState(eqx.Module):
     sign: Float[Array, ""]
     converged: Bool[Array, ""]
     stuck: Bool[Array, ""]
+    seen: Bool[Array, ""]
+    jacobian: Float[Array, "n n"] | None
 
 
 class LaneNewton(optx.AbstractRootFinder):
@@ -34,11 +36,14 @@ class LaneNewton(optx.AbstractRootFinder):
 
     - `atol`: on the largest entry of the residual; `rtol` is not used, a root has no scale.
     - `max_step`: largest change of an unknown in one iteration.
+    - `look`: evaluate once more at the root, and keep the Jacobian there. What follows a solve
+        and needs it is spared a second copy of it in the compiled program.
     """
 
     rtol: float = 0.0
     atol: float = 1e-9
     max_step: float = 1.0
+    look: bool = False
     norm: Any = optx.max_norm
 
     def init(self, fn, y, args, options, f_struct, aux_struct, tags):
@@ -51,6 +56,8 @@ class LaneNewton(optx.AbstractRootFinder):
             sign=one,
             converged=jnp.array(False),
             stuck=jnp.array(False),
+            seen=jnp.array(not self.look),
+            jacobian=jnp.zeros((y.size, y.size), y.dtype) if self.look else None,
         )
 
     def step(self, fn, y, args, options, state, tags):
@@ -60,6 +67,7 @@ class LaneNewton(optx.AbstractRootFinder):
 
         jacobian, (f, aux) = jax.jacfwd(evaluate, has_aux=True)(y)
         norm = self.norm(f)
+        before = state
         better = norm < (1.0 - 1e-4 * state.damping) * state.norm
         direction, sign = solve_with_sign(jacobian, -f)
 
@@ -77,8 +85,20 @@ class LaneNewton(optx.AbstractRootFinder):
             sign=jnp.where(better, sign, state.sign),
             converged=converged,
             stuck=(damping < 1e-4) | ~jnp.all(jnp.isfinite(direction)),
+            seen=before.seen,
+            jacobian=None if before.jacobian is None else jacobian,
         )
-        return base + factor * direction, state, aux
+        new = base + factor * direction
+        if self.look:
+            # A lane that has converged stays where it is.
+            new = jnp.where(before.converged, y, new)
+            kept = eqx.tree_at(
+                lambda s: (s.norm, s.seen, s.jacobian),
+                before,
+                (norm, jnp.array(True), jacobian),
+            )
+            state = jax.tree.map(lambda a, b: jnp.where(before.converged, a, b), kept, state)
+        return new, state, aux
 
     def terminate(self, fn, y, args, options, state, tags):
         result = optx.RESULTS.where(
@@ -86,10 +106,10 @@ class LaneNewton(optx.AbstractRootFinder):
             optx.RESULTS.nonlinear_divergence,
             optx.RESULTS.successful,
         )
-        return state.converged, result
+        return state.converged & state.seen, result
 
     def postprocess(self, fn, y, aux, args, options, state, tags, result):
-        return y, aux, {"sign": state.sign, "norm": state.norm}
+        return y, aux, {"sign": state.sign, "norm": state.norm, "jacobian": state.jacobian}
 
 
 class LaneAdjoint(optx.AbstractAdjoint):

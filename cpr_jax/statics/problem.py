@@ -80,6 +80,7 @@ class Root(NamedTuple):
     - `residual`: largest entry of the dimensionless residual at `y`.
     - `sign`: sign of `det ∂R/∂y`; it changes where the branch folds.
     - `iterations`: of Newton's method.
+    - `jacobian`: `∂R/∂y` at the root in the dimensionless unknowns, if it was asked for.
     """
 
     y: Float[Array, " n_y"]
@@ -87,6 +88,7 @@ class Root(NamedTuple):
     residual: Float[Array, ""]
     sign: Float[Array, ""]
     iterations: Int[Array, ""]
+    jacobian: Float[Array, "n_y n_y"] | None = None
 
 
 def find_root(
@@ -98,27 +100,31 @@ def find_root(
     max_step: float = 1.0,
     atol: float = 1e-9,
     verify: bool = True,
+    look: bool = False,
 ) -> Root:
     """Newton's method from a guess (SI units). Differentiable in every leaf of `problem`.
 
     Once the residual is below `atol` one more Newton step is added, which squares the error.
     With `verify` the residual is evaluated once more at the root; without, it is the one before
-    the last Newton step, an upper bound, and the caller is to look at the root itself.
+    the last Newton step, an upper bound, and the caller is to look at the root itself. With `look`
+    the Jacobian and the residual at the root come from one more pass of the iteration.
     """
     units = unknown_scales(problem.robot)
     solution: optx.Solution = optx.root_find(
         lambda scaled, problem: full_residual(scaled, problem, steps),
-        LaneNewton(atol=atol, max_step=max_step),
+        LaneNewton(atol=atol, max_step=max_step, look=look),
         jax.lax.stop_gradient(guess) / units,
         args=problem,
-        max_steps=max_iterations,
+        max_steps=max_iterations + look,
         adjoint=LaneAdjoint(),
         throw=False,
     )
     scaled = solution.value
     left = solution.stats["norm"]
     converged = jnp.asarray(solution.result == optx.RESULTS.successful)
-    if verify:
+    if look:
+        converged = converged & (left < TOLERANCE)
+    elif verify:
         frozen, still = jax.lax.stop_gradient((scaled, problem))
         left = jnp.max(jnp.abs(full_residual(frozen, still, steps)))
         converged = converged & (left < TOLERANCE)
@@ -128,4 +134,5 @@ def find_root(
         Status.SOLVED,
         jnp.where(finite, Status.NOT_CONVERGED, Status.NOT_FINITE),
     )
-    return Root(scaled * units, status, left, solution.stats["sign"], solution.stats["num_steps"])
+    stats = solution.stats
+    return Root(scaled * units, status, left, stats["sign"], stats["num_steps"], stats["jacobian"])

@@ -47,13 +47,14 @@ def leg_base(
     d = geometry.d
     mounted = geometry.exp(leg.base_rotation)
     rotation = geometry.compose(mounted, geometry.exp(leg.screw[d:] * q))
-    slide = jnp.stack(geometry.rotate(mounted, leg.screw[:d] * q))
+    slide = geometry.outward(geometry.frame(mounted), leg.screw[:d] * q)
     joint = motor = leg.base_position + slide
     force, moment = mu[:d], mu[d:]
     if leg.base_joint is not None:
         joint, rotation, force, moment = _released(geometry, leg.base_joint, motor, rotation, mu)
     a = leg.a if leg.stroke is None else leg.a + leg.stroke * q
-    arm = jnp.stack(geometry.rotate(rotation, a))
+    frame = geometry.frame(rotation)
+    arm = geometry.outward(frame, a)
     position = joint + arm
     if leg.base_joint is not None:
         # The unknowns belong to the joint, the rod begins behind its rigid segment.
@@ -65,8 +66,8 @@ def leg_base(
         curvature_compliance=rod.curvature_compliance,
         precurvature=rod.precurvature,
         strain_compliance=rod.strain_compliance,
-        force=None if rod.force is None else jnp.stack(geometry.unrotate(rotation, rod.force)),
-        moment=None if rod.moment is None else jnp.stack(geometry.to_local(rotation, rod.moment)),
+        force=None if rod.force is None else geometry.inward(frame, rod.force),
+        moment=None if rod.moment is None else geometry.moment_inward(frame, rod.moment),
     )
     return LegBase(
         position=position,
@@ -74,8 +75,8 @@ def leg_base(
         motor=motor,
         joint=joint,
         rod=local_rod,
-        force=jnp.stack(geometry.unrotate(rotation, force)),
-        moment=jnp.stack(geometry.to_local(rotation, moment)),
+        force=geometry.inward(frame, force),
+        moment=geometry.moment_inward(frame, moment),
     )
 
 
@@ -88,33 +89,32 @@ def _released(geometry: AbstractGeometry, joint: BaseJoint, motor, carrier, mu):
     d = geometry.d
     slides, turns = joint.free[:d], joint.free[d:]
     outer = geometry.compose(carrier, geometry.exp(joint.rotation))
-    place = motor + jnp.stack(geometry.rotate(carrier, joint.position))
-    place = place + jnp.stack(geometry.rotate(outer, slides * mu[:d]))
-    later = jnp.stack(jnp.broadcast_arrays(*geometry.later(turns)))
+    frame = geometry.frame(outer)
+    place = motor + geometry.outward(geometry.frame(carrier), joint.position)
+    place = place + geometry.outward(frame, slides * mu[:d])
+    later = geometry.later(turns)
     turned = geometry.compose(outer, geometry.exp((1.0 - later) * turns * mu[d:]))
     rotation = geometry.compose(turned, geometry.exp(later * turns * mu[d:]))
-    force = jnp.stack(geometry.rotate(outer, (1.0 - slides) * mu[:d]))
-    axes = jnp.stack([jnp.stack(axis) for axis in geometry.joint_axes(turns, outer, rotation)])
-    return place, rotation, force, ((1.0 - turns) * mu[d:]) @ axes
+    force = geometry.outward(frame, (1.0 - slides) * mu[:d])
+    axes = geometry.joint_axes(turns, frame, geometry.frame(rotation))
+    return place, rotation, force, jnp.sum(axes * (1.0 - turns) * mu[d:], axis=1)
 
 
 def base_wrench(geometry: AbstractGeometry, base: LegBase) -> Float[Array, " freedoms"]:
     """`n(0)` and `m(0)` in world axes."""
-    return jnp.stack(
-        [
-            *geometry.rotate(base.rotation, base.force),
-            *geometry.to_outer(base.rotation, base.moment),
-        ]
-    )
+    frame = geometry.frame(base.rotation)
+    moment = geometry.moment_outward(frame, base.moment)
+    return jnp.concatenate([geometry.outward(frame, base.force), moment])
 
 
 def to_world(geometry: AbstractGeometry, base: LegBase, state: RodState) -> RodState:
     """A rod's state, given in the axes of its base, in world axes."""
+    frame = geometry.frame(base.rotation)
     return RodState(
-        position=base.position + jnp.stack(geometry.rotate(base.rotation, state.position)),
+        position=base.position + geometry.outward(frame, state.position),
         rotation=jnp.stack(geometry.compose(base.rotation, state.rotation)),
-        force=jnp.stack(geometry.rotate(base.rotation, state.force)),
-        moment=jnp.stack(geometry.to_outer(base.rotation, state.moment)),
+        force=geometry.outward(frame, state.force),
+        moment=geometry.moment_outward(frame, state.moment),
     )
 
 
@@ -124,25 +124,26 @@ def leg_rows(robot: Robot, steps: int, leg: Leg, q, q_p, mu):
     d = geometry.d
     base = leg_base(geometry, leg, q, mu)
     tip = to_world(geometry, base, rod_tip(geometry, base.rod, base.force, base.moment, steps))
-    b = jnp.stack(geometry.rotate(tip.rotation, leg.b))
+    section = geometry.frame(tip.rotation)
+    b = geometry.outward(section, leg.b)
     end = tip.position + b
     moment = tip.moment - jnp.stack(geometry.cross(b, tip.force))
 
-    orientation: Components = geometry.identity
+    arm, rotation = leg.attachment_position, geometry.exp(leg.attachment_rotation)
     if robot.oriented:
         orientation = geometry.exp(q_p[d:])
-    arm = jnp.stack(geometry.rotate(orientation, leg.attachment_position))
-    frame = geometry.compose(orientation, geometry.exp(leg.attachment_rotation))
-    gap = geometry.unrotate(frame, q_p[:d] + arm - end)
+        arm = geometry.outward(geometry.frame(orientation), arm)
+        rotation = geometry.compose(orientation, rotation)
+    frame = geometry.frame(rotation)
+    gap = geometry.inward(frame, q_p[:d] + arm - end)
     released = leg.joint.free[d:]
-    seen = geometry.compose(geometry.inverse(tip.rotation), frame)
-    turn = geometry.misalignment(released, seen)
-    error = jnp.stack([*gap, *turn])
+    seen = geometry.compose(geometry.inverse(tip.rotation), rotation)
+    error = jnp.concatenate([gap, geometry.misalignment(released, seen)])
 
     lever = jnp.stack(geometry.cross((1.0 - leg.joint.lever) * b, tip.force))
-    axes = geometry.joint_axes(released, frame, tip.rotation)
-    about_axes = [jnp.dot(jnp.stack(axis), moment + lever) for axis in axes]
-    transmitted = jnp.stack([*geometry.unrotate(frame, tip.force), *about_axes])
+    axes = geometry.joint_axes(released, frame, section)
+    about = jnp.sum(axes * (moment + lever)[:, None], axis=0)
+    transmitted = jnp.concatenate([geometry.inward(frame, tip.force), about])
     units = scales(robot)
     rows = jnp.where(
         leg.joint.free > 0.5,
@@ -150,10 +151,9 @@ def leg_rows(robot: Robot, steps: int, leg: Leg, q, q_p, mu):
         error / units.pose(robot),
     )
     # A joint that slides takes the wrench along, away from its attachment.
-    slid = jnp.stack(geometry.rotate(frame, leg.joint.free[:d] * jnp.stack(gap)))
-    about = jnp.stack(geometry.cross(arm - slid, tip.force))
-    wrench = jnp.concatenate([tip.force, moment + about])
-    return rows, wrench
+    slid = geometry.outward(frame, leg.joint.free[:d] * gap)
+    carried = jnp.stack(geometry.cross(arm - slid, tip.force))
+    return rows, jnp.concatenate([tip.force, moment + carried])
 
 
 def residual(

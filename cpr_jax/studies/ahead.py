@@ -1,7 +1,6 @@
 """The programs of a map, compiled side by side when they are first needed."""
 
 import threading
-from collections.abc import Callable
 from typing import Any
 
 import jax
@@ -9,6 +8,7 @@ import numpy as np
 
 from ..analysis.parameters import Selection
 from ..analysis.singularity import compile_tracing
+from ..programs import started
 from ..robots.robot import Robot
 from ..statics.advance import advance
 from ..statics.problem import inverse_rows
@@ -51,8 +51,8 @@ def compile_ahead(
         first.join()
         compile_tracing(robot, axes, steps)
 
-    first = _started(follow)
-    return Ahead(follow=first, look=_started(look), lines=_started(lines))
+    first = started(follow)
+    return Ahead(follow=first, look=started(look), lines=started(lines))
 
 
 class Ahead:
@@ -75,9 +75,3 @@ class Ahead:
     def __exit__(self, *_: object) -> None:
         for thread in self._threads.values():
             thread.join()
-
-
-def _started(job: Callable[[], None]) -> threading.Thread:
-    thread = threading.Thread(target=job, name="cpr_jax-compile", daemon=True)
-    thread.start()
-    return thread

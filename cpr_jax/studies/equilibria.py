@@ -62,13 +62,8 @@ class AllEquilibria(NamedTuple):
         imposed = inverse_rows(robot) if robot.n_a == robot.n_p else forward_rows(robot)
         y = jnp.asarray(self.y[k])
         here = y[: robot.n_a + robot.n_p]
-        track = _Reached(y, jnp.asarray(int(Status.SOLVED)))
-        return polish(robot, imposed, here, track, "search", steps)
-
-
-class _Reached(NamedTuple):
-    y: jax.Array
-    status: jax.Array
+        solved = np.asarray(int(Status.SOLVED))
+        return polish(robot, imposed, here, y, solved, "search", steps)
 
 
 def find_equilibria(
