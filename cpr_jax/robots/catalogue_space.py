@@ -7,7 +7,7 @@ import numpy as np
 
 from ..geometry import SPACE
 from ..rods.rod import section_rod
-from ..rods.section import Material, Section, circle
+from ..rods.section import Material, circle
 from .joint import Joint, clamped, passive, spherical, swivel, universal
 from .leg import make_leg, prismatic_screw
 from .robot import Robot, make_robot
@@ -57,9 +57,7 @@ def stewart_gough(*, extensible: bool = True) -> Robot:
 
     - `extensible`: whether the rods stretch and shear, as they do in the source.
     """
-    radius = 0.001
-    area, second = np.pi * radius**2, np.pi * radius**4 / 4.0
-    section = Section(area=area, I_2=second, I_3=second, J=2.0 * second, shear_factor=1.0)
+    section = circle(0.001, shear_factor=1.0)
     steel = Material(E=200e9, nu=0.25, density=8000.0)
     rod = section_rod(
         SPACE, 0.4, section, steel, extensible=extensible, gravity=(0.0, 0.0, -GRAVITY)
@@ -75,7 +73,7 @@ def stewart_gough(*, extensible: bool = True) -> Robot:
         oriented=True,
         loads=[((0.0, 0.0, 0.0), (0.0, 0.0, -0.1 * GRAVITY))],
         home=(np.full(6, 0.01), (0.0, 0.0, 0.4, 0.0, 0.0, 0.0)),
-        uncertainty=_uncertain(6, 0.05 * 200e9 * second, 5e-4),
+        uncertainty=_uncertain(6, 0.05 * steel.E * section.I_2, 5e-4),
         name="continuum Stewart–Gough",
     )
 
@@ -84,15 +82,16 @@ def stewart_gough_clamped(*, length: float = 0.6) -> Robot:
     """Six rods that spin freely in their base and are clamped to the platform.
 
     From the parallel robot scripts of Kuntz Lab's *bendier*: rods of 0.75 mm radius without
-    weight, whose tips end 0.1 m below the platform's reference point.
+    weight, whose tips end 0.1 m below the platform's reference point. They stretch and shear, with
+    all of their section, as they do in the source.
 
     **Arguments:**
 
     - `length`: of the rods with the motors at zero, m.
     """
-    radius = 0.00075
+    section = circle(0.00075, shear_factor=1.0)
     material = Material(E=207e9, nu=207.0 / 79.3 / 2.0 - 1.0)
-    rod = section_rod(SPACE, length, circle(radius), material)
+    rod = section_rod(SPACE, length, section, material, extensible=True)
     spin = passive(SPACE, swivel(SPACE))
     legs = _fed_legs(
         rod,
@@ -101,13 +100,12 @@ def stewart_gough_clamped(*, length: float = 0.6) -> Robot:
         [_ring(0.1, angle, -0.1) for angle in (50, 70, 170, 190, 290, 310)],
         base_joint=spin,
     )
-    stiffness = 207e9 * np.pi * radius**4 / 4.0
     return make_robot(
         SPACE,
         legs,
         oriented=True,
         home=(np.zeros(6), (0.0, 0.0, 0.1 + 0.99 * length, 0.0, 0.0, 0.0)),
-        uncertainty=_uncertain(6, 0.05 * stiffness, 5e-4),
+        uncertainty=_uncertain(6, 0.05 * material.E * section.I_2, 5e-4),
         name="clamped Stewart–Gough",
     )
 

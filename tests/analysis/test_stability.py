@@ -31,7 +31,12 @@ def at(robot, y) -> Equilibrium:
     """The equilibrium with the unknowns `y`, of which the stability needs no more."""
     state = unravel(robot, y)
     return Equilibrium(
-        *state, base_wrenches=state.mu, status=jnp.asarray(0), residual=jnp.asarray(0.0), measures=None, branch="given"
+        *state,
+        base_wrenches=state.mu,
+        status=jnp.asarray(0),
+        residual=jnp.asarray(0.0),
+        measures=None,
+        branch="given",
     )
 
 

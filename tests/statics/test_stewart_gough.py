@@ -1,0 +1,75 @@
+"""Six-leg robots of other people's programs, from a cold start."""
+
+import json
+import pathlib
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from cpr_jax.analysis.stability import stability
+from cpr_jax.robots.catalogue_space import stewart_gough, stewart_gough_clamped
+from cpr_jax.statics.equilibrium import solve_forward, solve_inverse
+from cpr_jax.statics.status import Status
+from tests.oracles import stewart_gough as oracle
+
+CASES = json.loads((pathlib.Path(__file__).parents[1] / "reference_cases.json").read_text())
+TILT = np.deg2rad(10.0)
+
+
+@pytest.fixture(scope="module")
+def orientation():
+    return Rotation.from_rotvec([0.0, TILT, 0.0]).as_matrix()
+
+
+def test_the_published_case(orientation):
+    """The oracle is the published program; its digits belong to the row that it prints."""
+    case = CASES["stewart_gough_till"]
+    lengths, wrenches = oracle.inverse(np.array(case["pose"]["p"]), orientation, printed=True)
+    np.testing.assert_allclose(lengths, case["lengths"], rtol=0, atol=5e-10)
+    np.testing.assert_allclose(wrenches[0, :3], case["leg_1"]["n_base"], rtol=0, atol=5e-8)
+    np.testing.assert_allclose(wrenches[0, 3:], case["leg_1"]["m_base"], rtol=0, atol=5e-8)
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return stewart_gough()
+
+
+@pytest.fixture(scope="module")
+def solved(robot):
+    return solve_inverse(robot, (0.0, 0.0, 0.4, 0.0, TILT, 0.0))
+
+
+def test_the_robot_with_a_free_twist(solved, orientation):
+    """Lengths and base wrenches of the oracle with the row of a joint."""
+    assert int(solved.status) == Status.SOLVED
+    lengths, wrenches = oracle.inverse(np.array([0.0, 0.0, 0.4]), orientation)
+    np.testing.assert_allclose(0.4 + solved.q_a, lengths, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(solved.base_wrenches, wrenches, rtol=0, atol=1e-7)
+
+
+def test_its_stiffness_is_symmetric(robot, solved):
+    """So is that of every robot whose parts are all conservative."""
+    found = stability(robot, solved)
+    stiffness = np.asarray(found.platform_stiffness)
+    size = np.abs(stiffness)[np.diag_indices(6)]
+    scale = np.sqrt(size[:, None] * size)
+    np.testing.assert_allclose(stiffness / scale, stiffness.T / scale, rtol=0, atol=1e-8)
+    assert int(found.index) == 0
+
+
+def test_forward_and_inverse_agree(robot, solved):
+    forward = solve_forward(robot, solved.q_a)
+    np.testing.assert_allclose(forward.q_p, solved.q_p, rtol=0, atol=1e-10)
+
+
+def test_rods_that_spin_in_their_base():
+    """The passive joints turn as the platform does, and carry no moment about the rods."""
+    robot = stewart_gough_clamped()
+    case = CASES["six_rod_clamped"]
+    straight = solve_forward(robot, np.zeros(6))
+    np.testing.assert_allclose(straight.q_p[:3], case["forward"]["p"], rtol=0, atol=1e-9)
+    twisted = solve_forward(robot, np.array([0.03, 0.0, 0.03, 0.0, 0.05, 0.0]))
+    np.testing.assert_allclose(twisted.base_wrenches[:, 5], 0.0, rtol=0, atol=1e-12)
+    assert np.all(np.abs(twisted.mu[:, 3]) > 0.01), "they turn"
