@@ -5,13 +5,20 @@ from collections.abc import Sequence
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
+from scipy.special import gammainc
 
+from ..errors import InputError
 from ..programs import program
 from ..statics.linear import row_axes
 from .sensitivity import Sensitivity
 
 LINEAR_COVERAGE = 0.9888910034617577
 """`1 - exp(-9/2)`: share of a planar Gaussian, σ = δ/3, inside its ellipse in linear theory."""
+
+
+def linear_coverage(dimensions: int) -> float:
+    """Share of Gaussian samples, σ = δ/3, inside an ellipsoid in linear theory (chi-square)."""
+    return float(gammainc(dimensions / 2.0, 4.5))
 
 
 class Ellipsoid(eqx.Module):
@@ -57,8 +64,19 @@ def ellipsoid(sensitivity: Sensitivity, rows: str | Sequence[str] = "p_P") -> El
 
     **Arguments:**
 
-    - `rows`: labels of the states, see `Sensitivity.rows`; `"p_P"` stands for all its axes.
+    - `rows`: labels of the states, see `Sensitivity.rows`; `"p_P"` stands for all its axes, and
+        `"turn_P"` for the orientation of a body, as small rotations about the world axes, rad.
     """
+    if rows == "turn_P":
+        turns = sensitivity.Pi_turn
+        if len(turns) == 0:
+            raise InputError(
+                "Argument `rows` must not be 'turn_P' for a platform without an orientation."
+            )
+        names = tuple(f"turn_P_{axis}" for axis in ("x", "y", "z")[: len(turns)])
+        return _ellipsoid(
+            jnp.zeros(len(turns)), turns, sensitivity.delta, tuple(range(len(turns))), names
+        )
     indices = tuple(sensitivity.indices(rows))
     labels = tuple(sensitivity.rows[i] for i in indices)
     return _ellipsoid(sensitivity.y, sensitivity.Pi_y, sensitivity.delta, indices, labels)

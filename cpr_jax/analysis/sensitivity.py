@@ -39,6 +39,8 @@ class Sensitivity(eqx.Module):
 
     - `Pi_y`: `∂y/∂ρ` (9), rows as `rows`, columns as `columns`, shape `(n_y, n_ρ)`.
     - `Pi_tau`: `∂τ/∂ρ` of the motor torques, shape `(n_a, n_ρ)`.
+    - `Pi_turn`: small rotations of a body about the world axes, rad, shape `(r, n_ρ)`; without
+        rows for a point.
     - `delta`: half ranges δρ (6), shape `(n_ρ,)`.
     - `y`, `rho`: nominal unknowns and parameters.
     - `platform_stiffness`: `∂(Σ n_i)/∂p_P` with the motors held, and for a body the moments and
@@ -50,6 +52,7 @@ class Sensitivity(eqx.Module):
 
     Pi_y: Float[Array, "n_y n_rho"]
     Pi_tau: Float[Array, "n_a n_rho"]
+    Pi_turn: Float[Array, "turns n_rho"]
     delta: Float[Array, " n_rho"]
     y: Float[Array, " n_y"]
     rho: Float[Array, " n_rho"]
@@ -132,10 +135,11 @@ def sensitivity(
         )
     y = equilibrium.y
     both, stiffness = _linearise(robot, y, selection, steps)
-    Pi_y, Pi_tau = both[hold.value]
+    Pi_y, Pi_tau, Pi_turn = both[hold.value]
     return Sensitivity(
         Pi_y=Pi_y,
         Pi_tau=Pi_tau,
+        Pi_turn=Pi_turn,
         delta=half_ranges,
         y=y,
         rho=selection.get(robot),
@@ -147,12 +151,29 @@ def sensitivity(
     )
 
 
+def turn_jacobian(robot: Robot, phi: Float[Array, " k"]) -> Float[Array, "k k"]:
+    """Small rotations about the world axes per change of a rotation vector, `(r, r)`.
+
+    For a point, which has neither, `(0, 0)`.
+    """
+    if not robot.oriented:
+        return jnp.zeros((0, 0))
+    geometry = robot.geometry
+    back = geometry.inverse(geometry.exp(phi))
+
+    def turn(vector):
+        return jnp.stack(geometry.log(geometry.compose(geometry.exp(vector), back)))
+
+    return jax.jacfwd(turn)(phi)
+
+
 @program
 def _linearise(robot, y, selection: Selection, steps: int):
     """Π_y by (10) in its conforming order, `-(∂R/∂y)⁻¹ ∂R/∂ρ`, and what hangs on it."""
     units = unknown_scales(robot)
     rho = selection.get(robot)
-    n_a, n_p = robot.n_a, robot.n_p
+    n_a, n_p, d = robot.n_a, robot.n_p, robot.geometry.d
+    turned = turn_jacobian(robot, y[n_a + d : n_a + n_p])
 
     def equations(scaled, rho):
         varied = selection.set(robot, rho)
@@ -170,7 +191,7 @@ def _linearise(robot, y, selection: Selection, steps: int):
         moving = -inverse(free) @ by_rho
         held = jnp.zeros((count, rho.size))
         Pi_y = jnp.concatenate([moving[:start], held, moving[start:]]) * units[:, None]
-        return Pi_y, tau_y @ Pi_y + tau_rho
+        return Pi_y, tau_y @ Pi_y + tau_rho, turned @ Pi_y[n_a + d : n_a + n_p]
 
     both = {Hold.MOTORS.value: holding(0, n_a)}
     if n_a == n_p:

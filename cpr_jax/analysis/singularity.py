@@ -13,6 +13,7 @@ from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.linear import inverse_with_sign, solve_many_with_sign
+from ..statics.problem import imposed_coordinates
 from ..statics.residual import residual
 from ..statics.unknowns import unknown_scales, unravel
 
@@ -30,7 +31,10 @@ class SingularityType(enum.Enum):
     """Which motion becomes free (Gosselin and Angeles)."""
 
     TYPE_1 = "type-1"
-    """Platform held: `A_q = ∂R₀/∂(q_a, μ)` is singular; the branch folds there."""
+    """Platform held: `A_q = ∂R₀/∂(q_a, μ)` is singular; the branch folds there.
+
+    Where other coordinates are imposed than all those of the platform, they are what is held.
+    """
     TYPE_2 = "type-2"
     """Motors held: `A_p = ∂R₀/∂(q_p, μ)` is singular; the platform loses its stiffness."""
 
@@ -67,6 +71,7 @@ def trace_curves(
     *,
     box: Float[np.ndarray, "2 2"],
     spacing: float,
+    imposed: tuple[int, ...] | None = None,
     belongs: Callable[[Float[np.ndarray, "k n_y"]], Bool[np.ndarray, " k"]] | None = None,
     max_points: int = 2000,
     steps: int = DEFAULT_STEPS,
@@ -84,22 +89,27 @@ def trace_curves(
     - `axes`: the two entries of `(q_a, q_p)` that vary; other platform coordinates are held.
     - `box`: lower and upper corner; a curve ends at its first point outside.
     - `spacing`: wanted distance of the points in the axes' units.
+    - `imposed`: places in `(q_a, q_p)` of what an inverse problem imposes, by default the platform
+        coordinates.
     - `belongs`: tells of dimensionless unknowns whether they are on the sheet that is of
         interest; a curve ends where it leaves it.
     """
     units = np.asarray(unknown_scales(robot))
     if len(starts) == 0:
         return []
-    tracer = _Tracer(robot, kind, axes, box, spacing, belongs, steps)
+    places = imposed_coordinates(robot) if imposed is None else imposed
+    tracer = _Tracer(robot, kind, axes, places, box, spacing, belongs, steps)
     lanes = tracer.seeds(np.asarray(starts) / units, np.asarray(along))
     curves = _joined(tracer.trace(lanes, max_points), 2.0 * _LONGEST)
     return [SingularCurve(points * units, closed) for points, closed in curves]
 
 
-def compile_tracing(robot: Robot, axes: tuple[int, int], steps: int) -> None:
+def compile_tracing(
+    robot: Robot, axes: tuple[int, int], imposed: tuple[int, ...], steps: int
+) -> None:
     """Compiles what `trace_curves` runs, for robots and axes like these."""
     box = np.zeros((2, 2))
-    tracer = _Tracer(robot, SingularityType.TYPE_1, axes, box, 1.0, None, steps)
+    tracer = _Tracer(robot, SingularityType.TYPE_1, axes, imposed, box, 1.0, None, steps)
     nothing = np.full((1, robot.n_y), np.nan)
     borders = np.zeros((1, tracer.columns.shape[1]))
     tracer.correct(_Lane(nothing, nothing, borders, borders, np.zeros(1, bool)), nothing)
@@ -108,13 +118,13 @@ def compile_tracing(robot: Robot, axes: tuple[int, int], steps: int) -> None:
 class _Tracer:
     """Lockstep tracing of many pieces, which are then joined."""
 
-    def __init__(self, robot, kind, axes, box, spacing, belongs, steps):
+    def __init__(self, robot, kind, axes, imposed, box, spacing, belongs, steps):
         self.robot, self.axes, self.steps = robot, np.array(axes), steps
-        n_a, n_q = robot.n_a, robot.n_a + robot.n_p
         keep = np.ones(robot.n_y, bool)
-        keep[slice(0, n_a) if kind is SingularityType.TYPE_2 else slice(n_a, n_q)] = False
+        motors = list(range(robot.n_a))
+        keep[motors if kind is SingularityType.TYPE_2 else list(imposed)] = False
         eye = np.eye(robot.n_y)
-        held = [k for k in range(n_a, n_q) if k not in axes]
+        held = [k for k in sorted(imposed) if k not in axes]
         self.columns, self.held = eye[:, keep], eye[held].reshape(-1, robot.n_y)
         self.units = np.asarray(unknown_scales(robot))[self.axes]
         self.box, self.spacing, self.belongs = np.asarray(box), spacing, belongs

@@ -116,8 +116,8 @@ def _robot(name: str) -> CatalogueEntry | RobotSpecification:
 def _freedoms(robot: CatalogueEntry | RobotSpecification) -> tuple[str, str, list[Dimension]]:
     if isinstance(robot, CatalogueEntry):
         return "plane", robot.platform, [ANGLE] * robot.motors
-    motors = [ANGLE if leg.motor == "revolute" else LENGTH for leg in robot.legs]
-    return robot.geometry, robot.platform, motors
+    motors = [ANGLE if turns else LENGTH for turns in robot.turning]
+    return robot.geometry, robot.platform.kind, motors
 
 
 def _numbers(

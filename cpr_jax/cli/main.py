@@ -41,6 +41,8 @@ def _run(arguments) -> int:
         from . import listing
 
         return listing.robots(arguments.json)
+    if arguments.command == "validate":
+        return _validate(arguments)
     if arguments.command == "paper":
         samples = inputs.positive_integer("--samples", arguments.samples, least=100)
         seed = inputs.positive_integer("--seed", arguments.seed, least=0)
@@ -80,6 +82,17 @@ def _run(arguments) -> int:
     except commands.NoSolution as failure:
         _complain(str(failure))
         return EXIT_NO_SOLUTION
+
+
+def _validate(arguments) -> int:
+    from . import listing
+
+    if arguments.schema:
+        return listing.schema()
+    mistakes = listing.validate(arguments.files, arguments.json)
+    for mistake in mistakes:
+        _complain(mistake)
+    return EXIT_INPUT if mistakes else 0
 
 
 def _protect_negatives(argv: Sequence[str]) -> list[str]:

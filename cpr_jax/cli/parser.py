@@ -108,6 +108,12 @@ def build_parser() -> argparse.ArgumentParser:
     )
     mapping.add_argument("--json", action="store_true", help="print one JSON object")
 
+    check = add("validate", "check robot files")
+    what = check.add_mutually_exclusive_group(required=True)
+    what.add_argument("files", nargs="*", default=[], metavar="FILE", help="robot files")
+    what.add_argument("--schema", action="store_true", help="print the JSON Schema of robot files")
+    check.add_argument("--json", action="store_true", help="print a list of JSON objects")
+
     robots = add("robots", "list the catalogue")
     robots.add_argument("--json", action="store_true", help="print one JSON object")
     return parser

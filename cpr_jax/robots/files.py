@@ -14,11 +14,17 @@ from ..atomic import write_atomically
 from ..geometry import PLANE, SPACE, AbstractGeometry
 from ..rods.rod import Rod, kirchhoff_rod, section_rod
 from ..rods.section import Material, circle, rectangle
-from .joint import Joint
+from .joint import BaseJoint, Joint, passive
 from .leg import Leg, make_leg, prismatic_screw, revolute_screw
 from .reading import parse_specification, read_specification
 from .robot import Robot, make_robot
-from .specification import LegSpecification, RobotSpecification, RodSpecification
+from .specification import (
+    BaseJointSpecification,
+    LegSpecification,
+    MotorSpecification,
+    RobotSpecification,
+    RodSpecification,
+)
 from .writing import JOINTS, inexpressible, robot_text
 
 _GEOMETRIES = {"plane": PLANE, "space": SPACE}
@@ -43,13 +49,26 @@ def robot_from_specification(specification: RobotSpecification) -> Robot:
     for message in specification.warnings:
         warnings.warn(message, UserWarning, stacklevel=2)
     geometry = _GEOMETRIES[specification.geometry]
-    home = specification.home
+    home, platform = specification.home, specification.platform
+    force = _array(platform.force)
+    loads = [(_array(load.position), _array(load.force)) for load in platform.loads]
+    if platform.mass is not None and specification.gravity is not None:
+        weight = platform.mass * _array(specification.gravity)
+        if platform.kind == "point":
+            force = force + weight
+        else:
+            loads.insert(0, (_array(platform.center_of_mass), weight))
+    transmission = np.zeros((len(specification.legs), len(specification.motors)))
+    for motor, moved in enumerate(specification.motors):
+        transmission[list(moved), motor] = 1.0
     return make_robot(
         geometry,
         [_leg(geometry, leg, specification.gravity) for leg in specification.legs],
-        oriented=specification.platform == "body",
-        f_P=_array(specification.force),
-        m_P=_array(specification.moment),
+        oriented=platform.kind == "body",
+        f_P=force,
+        m_P=_array(platform.moment),
+        loads=loads,
+        transmission=transmission,
         home=None if home is None else (_array(home.motors), _array(home.position + home.rotation)),
         uncertainty=specification.uncertainty,
         name=specification.name,
@@ -59,12 +78,10 @@ def robot_from_specification(specification: RobotSpecification) -> Robot:
 def _leg(
     geometry: AbstractGeometry, leg: LegSpecification, gravity: tuple[float, ...] | None
 ) -> Leg:
-    if isinstance(leg.joint, str):
-        joint = JOINTS[leg.joint](geometry)
-    else:
-        joint = Joint(free=_array(leg.joint), lever=_array(1.0))
+    joint = _joint(geometry, leg.joint)
     if leg.moment_row == "printed":
         joint = dataclasses.replace(joint, lever=_array(0.0))
+    motor = leg.motor
     return make_leg(
         geometry,
         _array(leg.base),
@@ -72,20 +89,37 @@ def _leg(
         a=_array(leg.a),
         b=_array(leg.b),
         base_rotation=_array(leg.base_rotation),
-        screw=_screw(geometry, leg),
+        screw=_screw(geometry, motor),
+        feed=motor.ratio if motor.kind == "feed" else None,
+        stroke=motor.ratio if motor.kind == "telescopic" else None,
+        base_joint=None if leg.base_joint is None else _base_joint(geometry, leg.base_joint),
         joint=joint,
         attachment_position=_array(leg.attachment),
         attachment_rotation=_array(leg.attachment_rotation),
     )
 
 
-def _screw(geometry: AbstractGeometry, leg: LegSpecification) -> Float[Array, " freedoms"]:
-    if leg.motor_axis is None:
-        return (revolute_screw if leg.motor == "revolute" else prismatic_screw)(geometry)
+def _joint(geometry: AbstractGeometry, joint: str | tuple[float, ...]) -> Joint:
+    if isinstance(joint, str):
+        return JOINTS[joint](geometry)
+    return Joint(free=_array(joint), lever=_array(1.0))
+
+
+def _base_joint(geometry: AbstractGeometry, joint: BaseJointSpecification) -> BaseJoint:
+    return passive(geometry, _joint(geometry, joint.joint), joint.position, joint.rotation)
+
+
+def _screw(geometry: AbstractGeometry, motor: MotorSpecification) -> Float[Array, " freedoms"]:
     still = (0.0,) * geometry.freedoms
-    if leg.motor == "revolute":
-        return _array((*still[: geometry.d], *leg.motor_axis))
-    return _array((*leg.motor_axis, *still[geometry.d :]))
+    if motor.kind not in ("revolute", "prismatic"):
+        return _array(still)
+    if motor.axis is None:
+        usual = revolute_screw if motor.kind == "revolute" else prismatic_screw
+        return jnp.asarray(motor.ratio * np.asarray(usual(geometry)))
+    axis = tuple(motor.ratio * c for c in motor.axis)
+    if motor.kind == "revolute":
+        return _array((*still[: geometry.d], *axis))
+    return _array((*axis, *still[geometry.d :]))
 
 
 def _rod(
@@ -95,7 +129,10 @@ def _rod(
     elastic = strain = None
     if rod.section is not None and rod.material is not None and rod.material.E is not None:
         shape = rectangle if rod.section.kind == "rectangle" else circle
-        elastic = shape(*rod.section.sizes), Material(rod.material.E, rod.material.nu)
+        section = shape(*rod.section.sizes)
+        if rod.section.shear_factor is not None:
+            section = dataclasses.replace(section, shear_factor=rod.section.shear_factor)
+        elastic = section, Material(rod.material.E, rod.material.nu)
     if rod.bending_stiffness is not None:
         built = kirchhoff_rod(geometry, rod.length, _array(rod.bending_stiffness), rest)
     elif rod.curvature_compliance is not None:
@@ -129,11 +166,13 @@ def save_robot(robot: Robot, path: str | os.PathLike[str]) -> None:
 
     **Raises:**
 
-    - `ValueError`: if a file cannot express the robot: motors that move several legs, fed rods,
-        geared motors, several robots in one.
+    - `ValueError`: if a file cannot express the robot: a motor that turns and slides at once, or
+        moves its legs by different shares, several robots in one.
     """
     text = robot_text(robot)
-    loaded = robot_from_specification(parse_specification(tomllib.loads(text), "robot"))
+    specification = parse_specification(tomllib.loads(text), "robot")
+    # Suspicions are for those who write files by hand.
+    loaded = robot_from_specification(dataclasses.replace(specification, warnings=()))
     before, after = _numbers(robot), _numbers(loaded)
     for place in before | after:
         # What one of the two lacks is an effect that is left out, the same as zero.

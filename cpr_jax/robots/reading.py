@@ -1,26 +1,25 @@
 """Robot files and their mappings, read and checked; the format is in docs/robot-files.md."""
 
+import dataclasses
 import os
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 from ..errors import InputError, shown
+from .frame import Frame
 from .labels import AXES, ROTATION_AXES, parameter_dimension
-from .reading_legs import Frame, read_leg
-from .specification import (
-    HomeSpecification,
-    LegSpecification,
-    RobotSpecification,
-    RodSpecification,
-)
-from .tables import Table
-from .units import ACCELERATION, ANGLE, FORCE, LENGTH, MOMENT, Sign
+from .reading_legs import read_leg
+from .reading_motors import read_motors
+from .reading_platform import read_platform
+from .specification import HomeSpecification, RobotSpecification
+from .suspicions import suspicions
+from .tables import CHOICES, Table
+from .units import ACCELERATION, ANGLE, LENGTH, Sign
 
 FORMAT = 1
 """The version of the format that this release reads."""
 
 _LARGEST = 10_000_000
-_SOFTEST, _STIFFEST = 1e4, 1e12
 
 
 def read_specification(path: str | os.PathLike[str]) -> RobotSpecification:
@@ -84,27 +83,20 @@ def _check_format(mapping: object) -> None:
 
 def _robot(file: Table) -> RobotSpecification:
     name = file.entry("name", "robot").line()
-    geometry = file.entry("geometry").choice("plane", "space")
+    geometry = file.entry("geometry").choice(*CHOICES["geometry"])
     frame = Frame(geometry, AXES[geometry], ROTATION_AXES[geometry])
-    platform = file.table("platform", "platform")
-    kind = platform.entry("kind").choice("point", "body")
-    if kind == "point":
-        platform.refuse("moment", "a point has no moment balance")
-    force = platform.entry("force", frame.zeros).vector(FORCE, frame.axes)
-    moment = frame.rotational(platform.entry("moment", frame.no_turn), MOMENT)
+    weighs = file.has("environment")
+    platform = read_platform(frame, file.table("platform", "platform"), weighs)
 
     defaults = None
     if file.has("defaults"):
         defaults = file.table("defaults", "defaults").table("leg", "legs")
     legs = tuple(
-        read_leg(frame, kind, Table(entry.value, entry.field, "legs", defaults))
+        read_leg(frame, platform.kind, Table(entry.value, entry.field, "legs", defaults))
         for entry in file.entry("legs").items()
     )
-    home = None
-    if file.has("home"):
-        home = _home(frame, kind, legs, file.table("home", "home"))
     gravity = None
-    if file.has("environment"):
+    if weighs:
         entry = file.table("environment", "environment").entry("gravity")
         gravity = entry.vector(ACCELERATION, frame.axes)
     uncertainty = {}
@@ -114,85 +106,34 @@ def _robot(file: Table) -> RobotSpecification:
             entry = table.entry(label)
             dimension = parameter_dimension(label, geometry, len(legs), entry.field)
             uncertainty[label] = entry.quantity(dimension, Sign.POSITIVE)
-    return RobotSpecification(
+    robot = RobotSpecification(
         name=name,
         geometry=geometry,
-        platform=kind,
-        force=force,
-        moment=moment,
+        platform=platform,
         legs=legs,
-        home=home,
+        motors=read_motors(file, legs),
+        home=None,
         gravity=gravity,
         uncertainty=uncertainty,
-        warnings=tuple(_warnings(legs, gravity)),
+        warnings=tuple(suspicions(legs, gravity)),
     )
+    if not file.has("home"):
+        return robot
+    return dataclasses.replace(robot, home=_home(frame, robot, file.table("home", "home")))
 
 
-def _home(
-    frame: Frame, platform: str, legs: tuple[LegSpecification, ...], home: Table
-) -> HomeSpecification:
-    motors = home.entry("motors")
-    if not motors.is_list or len(motors.items()) != len(legs):
-        raise motors.error(f"a list with one entry for each of the {len(legs)} legs")
-    if platform == "point":
+def _home(frame: Frame, robot: RobotSpecification, home: Table) -> HomeSpecification:
+    motors, turning = home.entry("motors"), robot.turning
+    if not motors.is_list or len(motors.items()) != len(turning):
+        raise motors.error(f"a list with one entry for each of the {len(turning)} motors")
+    oriented = robot.platform.kind == "body"
+    if not oriented:
         home.refuse("rotation", "a point has no rotation")
     return HomeSpecification(
         motors=tuple(
-            entry.quantity(ANGLE if leg.motor == "revolute" else LENGTH)
-            for entry, leg in zip(motors.items(), legs, strict=True)
+            entry.quantity(ANGLE if turns else LENGTH)
+            for entry, turns in zip(motors.items(), turning, strict=True)
         ),
         position=home.entry("position").vector(LENGTH, frame.axes),
-        rotation=()
-        if platform == "point"
-        else frame.rotational(home.entry("rotation", frame.no_turn), ANGLE),
+        rotation=frame.rotation(home.entry("rotation", frame.no_turn)) if oriented else (),
     )
-
-
-def _warnings(
-    legs: tuple[LegSpecification, ...], gravity: tuple[float, ...] | None
-) -> Iterator[str]:
-    """What is allowed and yet looks like a mistake; once for legs with the same rod."""
-    rods: dict[RodSpecification, str] = {}
-    for i, leg in enumerate(legs):
-        rods.setdefault(leg.rod, f"legs[{i}].rod")
-    for rod, field in rods.items():
-        key, moduli = _implied_moduli(rod)
-        for E in moduli:
-            if not _SOFTEST <= E <= _STIFFEST:
-                yield (
-                    f"Argument `{field}.{key}` implies E = {_pascals(E)}, but materials of rods "
-                    f"have between {_pascals(_SOFTEST)} and {_pascals(_STIFFEST)}: check its unit."
-                )
-            elif rod.material and rod.material.E and not 0.5 <= E / rod.material.E <= 2.0:
-                yield (
-                    f"Argument `{field}.{key}` implies E = {_pascals(E)} for this section, "
-                    f"but `{field}.material.E` is {_pascals(rod.material.E)}."
-                )
-        if gravity is not None and rod.mass_per_length is None:
-            yield (
-                f"Argument `environment.gravity` does not act on `{field}`, "
-                f"which lacks a section or a material with a density."
-            )
-
-
-def _implied_moduli(rod: RodSpecification) -> tuple[str, list[float]]:
-    """The key that says how stiff a rod is, and Young's moduli that follow for its section."""
-    if rod.section is None:
-        return "", []
-    if rod.bending_stiffness is not None:
-        key, stiffness = "bending_stiffness", rod.bending_stiffness
-    elif rod.curvature_compliance is not None:
-        key, stiffness = "curvature_compliance", tuple(1.0 / c for c in rod.curvature_compliance)
-    else:
-        return "material.E", [rod.material.E] if rod.material and rod.material.E else []
-    # From the last axis, about which a planar rod bends, as far as both go; torsion implies none.
-    moments = rod.section.second_moments
-    pairs = zip(reversed(stiffness), reversed(moments), strict=False)
-    return key, list(dict.fromkeys(k / moment for k, moment in pairs))
-
-
-def _pascals(modulus: float) -> str:
-    for prefix, scale in (("T", 1e12), ("G", 1e9), ("M", 1e6), ("k", 1e3)):
-        if modulus >= scale:
-            return f"{modulus / scale:.3g} {prefix}Pa"
-    return f"{modulus:.3g} Pa"

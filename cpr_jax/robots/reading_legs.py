@@ -1,17 +1,16 @@
 """The legs of a robot file, read and checked."""
 
-from typing import NamedTuple
-
 from ..errors import InputError
+from .frame import Frame
+from .reading_joints import read_base_joint, read_joint, read_motor
 from .specification import (
     LegSpecification,
     MaterialSpecification,
     RodSpecification,
     SectionSpecification,
 )
-from .tables import Entry, Table, unit_vector
+from .tables import CHOICES, Entry, Table
 from .units import (
-    ANGLE,
     BENDING_STIFFNESS,
     CURVATURE,
     CURVATURE_COMPLIANCE,
@@ -27,93 +26,36 @@ from .units import (
 )
 
 
-class Frame(NamedTuple):
-    """How many numbers things have: names of the components of vectors and of rotations."""
-
-    geometry: str
-    axes: tuple[str, ...]
-    rotation_axes: tuple[str, ...]
-
-    def rotational(self, entry: Entry, dimension: Dimension) -> tuple[float, ...]:
-        """A rotation or moment: one number in the plane, a vector in space."""
-        if len(self.rotation_axes) == 1:
-            return (entry.quantity(dimension),)
-        return entry.vector(dimension, self.rotation_axes)
-
-    def segment(self, entry: Entry) -> tuple[float, ...]:
-        """A rigid segment: a length along the tangent, or a vector."""
-        if entry.is_list:
-            return entry.vector(LENGTH, self.axes)
-        return (entry.quantity(LENGTH, Sign.NOT_NEGATIVE), *self.zeros[1:])
-
-    @property
-    def zeros(self) -> tuple[float, ...]:
-        """What stands for no vector in a file."""
-        return (0.0,) * len(self.axes)
-
-    @property
-    def no_turn(self) -> object:
-        """What stands for no rotation or moment in a file."""
-        return 0.0 if len(self.rotation_axes) == 1 else (0.0,) * len(self.rotation_axes)
-
-
 def read_leg(frame: Frame, platform: str, leg: Table) -> LegSpecification:
     """A leg of a robot whose platform is a "point" or a "body"."""
     if platform == "point":
         for key in ("attachment", "attachment_rotation"):
             leg.refuse(key, "a point platform carries its joints where it is")
     base = leg.entry("base").vector(LENGTH, frame.axes)
-    motor, axis = _motor(frame, leg.entry("motor", "revolute"))
     # In the plane a pivot is meant; in space nothing is usual enough to be assumed.
-    joint = _joint(frame, leg.entry("joint", *(["pivot"] if frame.geometry == "plane" else [])))
+    joint = read_joint(frame, leg.entry("joint", *(["pivot"] if frame.geometry == "plane" else [])))
     # A joint that turns about some axes only would refer to an orientation that a point lacks.
-    round_joints = ("pivot", "spherical") if frame.geometry == "plane" else ("spherical",)
+    flat = frame.geometry == "plane"
+    round_joints = ("pivot", "universal", "spherical") if flat else ("spherical",)
     if platform == "point" and joint not in round_joints:
         words = " or ".join(f"'{name}'" for name in round_joints)
         raise leg.entry("joint").error(f"{words} at a point platform, which has no orientation")
-    rotation = leg.entry("base_rotation", frame.no_turn)
-    attachment_rotation = leg.entry("attachment_rotation", frame.no_turn)
+    base_joint = None
+    if leg.has("base_joint"):
+        base_joint = read_base_joint(frame, leg.entry("base_joint"))
     return LegSpecification(
         base=base,
-        base_rotation=frame.rotational(rotation, ANGLE),
-        motor=motor,
-        motor_axis=axis,
+        base_rotation=frame.rotation(leg.entry("base_rotation", frame.no_turn)),
+        motor=read_motor(frame, leg.entry("motor", "revolute")),
+        base_joint=base_joint,
         a=frame.segment(leg.entry("a", 0.0)),
         rod=_rod(frame, leg.table("rod", "legs.rod")),
         b=frame.segment(leg.entry("b", 0.0)),
         joint=joint,
-        moment_row=leg.entry("moment_row", "pivot").choice("pivot", "printed"),
+        moment_row=leg.entry("moment_row", "pivot").choice(*CHOICES["moment_row"]),
         attachment=leg.entry("attachment", frame.zeros).vector(LENGTH, frame.axes),
-        attachment_rotation=frame.rotational(attachment_rotation, ANGLE),
+        attachment_rotation=frame.rotation(leg.entry("attachment_rotation", frame.no_turn)),
     )
-
-
-def _motor(frame: Frame, entry: Entry) -> tuple[str, tuple[float, ...] | None]:
-    if not entry.is_table:
-        return entry.choice("revolute", "prismatic"), None
-    table = entry.table("motor")
-    kind = table.entry("kind").choice("revolute", "prismatic")
-    if not table.has("axis"):
-        return kind, None
-    if kind == "revolute" and frame.geometry == "plane":
-        table.refuse("axis", "a revolute motor in the plane turns about its normal")
-    axis = table.entry("axis")
-    return kind, unit_vector(axis.vector(RATIO, frame.axes), axis)
-
-
-def _joint(frame: Frame, entry: Entry) -> str | tuple[float, ...]:
-    if not entry.is_table:
-        return entry.choice("pivot", "spherical", "clamped", "slider")
-    free = entry.table("joint").entry("free")
-    motions = [f"along {k + 1}" for k in range(len(frame.axes))]
-    motions += ["angle"] if len(frame.rotation_axes) == 1 else [f"about {k}" for k in (1, 2, 3)]
-    flags = [entry.value for entry in free.items()]
-    if len(flags) != len(motions) or any(flag not in (0, 1) for flag in flags) or all(flags):
-        raise free.error(
-            f"a list of {len(motions)} flags, 0 locked and 1 free ({', '.join(motions)}), "
-            f"which are not all 1"
-        )
-    return tuple(1.0 if flag else 0.0 for flag in flags)
 
 
 def _rod(frame: Frame, rod: Table) -> RodSpecification:
@@ -181,11 +123,16 @@ def _precurvature(frame: Frame, rod: Table) -> tuple[float, ...]:
 
 
 def _section(entry: Entry) -> SectionSpecification:
-    kind = entry.table(None).entry("kind").choice("rectangle", "circle")
+    kind = entry.table(None).entry("kind").choice(*CHOICES["section"])
     table = entry.table(kind)
     sizes = ("width", "height") if kind == "rectangle" else ("radius",)
+    shear_factor = None
+    if table.has("shear_factor"):
+        shear_factor = table.entry("shear_factor").quantity(RATIO, Sign.POSITIVE)
     return SectionSpecification(
-        kind, tuple(table.entry(size).quantity(LENGTH, Sign.POSITIVE) for size in sizes)
+        kind,
+        tuple(table.entry(size).quantity(LENGTH, Sign.POSITIVE) for size in sizes),
+        shear_factor,
     )
 
 

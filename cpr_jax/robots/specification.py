@@ -6,10 +6,14 @@ import math
 
 @dataclasses.dataclass(frozen=True)
 class SectionSpecification:
-    """A cross-section: `kind` is "rectangle" (width, height) or "circle" (radius), sizes in m."""
+    """A cross-section: `kind` is "rectangle" (width, height) or "circle" (radius), sizes in m.
+
+    `shear_factor` is the share of the area that carries shear, `None` for the usual one.
+    """
 
     kind: str
     sizes: tuple[float, ...]
+    shear_factor: float | None = None
 
     @property
     def area(self) -> float:
@@ -74,24 +78,62 @@ class RodSpecification:
 
 
 @dataclasses.dataclass(frozen=True)
+class MotorSpecification:
+    """A motor of a leg.
+
+    **Attributes:**
+
+    - `kind`: "revolute", "prismatic", "feed" (rod length), "telescopic" (the rigid segment a) or
+        "none".
+    - `axis`: a unit vector, or `None` for the last local axis of a revolute motor and the first
+        one of a prismatic motor.
+    - `ratio`: motion per unit of `q`.
+    """
+
+    kind: str
+    axis: tuple[float, ...] | None = None
+    ratio: float = 1.0
+
+    @property
+    def turns(self) -> bool:
+        """Whether `q` is an angle."""
+        return self.kind == "revolute"
+
+
+@dataclasses.dataclass(frozen=True)
+class BaseJointSpecification:
+    """A passive joint between a motor and the rigid segment a.
+
+    **Attributes:**
+
+    - `joint`: as in `LegSpecification`.
+    - `position`, `rotation`: where it is, in the axes of what the motor moves, m and rad.
+    """
+
+    joint: str | tuple[float, ...]
+    position: tuple[float, ...]
+    rotation: tuple[float, ...]
+
+
+@dataclasses.dataclass(frozen=True)
 class LegSpecification:
     """A leg.
 
     **Attributes** (m and rad):
 
     - `base`, `base_rotation`: of the motor in world axes.
-    - `motor`: "revolute" or "prismatic"; `motor_axis` is a unit vector, or `None` for the last
-        local axis of a revolute motor and the first one of a prismatic motor.
+    - `motor`: what moves it, or "none".
+    - `base_joint`: or `None`.
     - `a`, `b`: rigid segments, in the axes of the rod's ends.
-    - `joint`: "pivot", "spherical", "clamped", "slider", or the flags of its free directions.
+    - `joint`: a name, see `CHOICES` of the tables, or the flags of its free directions.
     - `moment_row`: "pivot" or "printed", see `Joint.lever`.
     - `attachment`, `attachment_rotation`: joint frame on the platform, in its axes.
     """
 
     base: tuple[float, ...]
     base_rotation: tuple[float, ...]
-    motor: str
-    motor_axis: tuple[float, ...] | None
+    motor: MotorSpecification
+    base_joint: BaseJointSpecification | None
     a: tuple[float, ...]
     rod: RodSpecification
     b: tuple[float, ...]
@@ -99,6 +141,34 @@ class LegSpecification:
     moment_row: str
     attachment: tuple[float, ...]
     attachment_rotation: tuple[float, ...]
+
+
+@dataclasses.dataclass(frozen=True)
+class LoadSpecification:
+    """A dead force, N, world axes, at a point of the platform, m, in its axes from `p_P`."""
+
+    position: tuple[float, ...]
+    force: tuple[float, ...]
+
+
+@dataclasses.dataclass(frozen=True)
+class PlatformSpecification:
+    """The platform.
+
+    **Attributes:**
+
+    - `kind`: "point" or "body".
+    - `force`, `moment`: dead load at `p_P` in world axes, N and N·m.
+    - `mass`: kg, or `None`; `center_of_mass` in the platform's axes from `p_P`, m.
+    - `loads`: at other points of a body.
+    """
+
+    kind: str
+    force: tuple[float, ...]
+    moment: tuple[float, ...]
+    mass: float | None
+    center_of_mass: tuple[float, ...]
+    loads: tuple[LoadSpecification, ...]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -118,9 +188,9 @@ class RobotSpecification:
 
     - `name`: for figures and files.
     - `geometry`: "plane" or "space".
-    - `platform`: "point" or "body".
-    - `force`, `moment`: dead load at `p_P` in world axes, N and N·m.
+    - `platform`: a point or a body, and what it carries.
     - `legs`: at least one.
+    - `motors`: the legs that each motor moves, counted from 0.
     - `home`: or `None`.
     - `gravity`: m/s², or `None`.
     - `uncertainty`: half ranges of parameters by their label, in SI units.
@@ -129,11 +199,15 @@ class RobotSpecification:
 
     name: str
     geometry: str
-    platform: str
-    force: tuple[float, ...]
-    moment: tuple[float, ...]
+    platform: PlatformSpecification
     legs: tuple[LegSpecification, ...]
+    motors: tuple[tuple[int, ...], ...]
     home: HomeSpecification | None
     gravity: tuple[float, ...] | None
     uncertainty: dict[str, float]
     warnings: tuple[str, ...] = ()
+
+    @property
+    def turning(self) -> tuple[bool, ...]:
+        """Whether each motor turns what it moves; its `q` is then an angle."""
+        return tuple(self.legs[moved[0]].motor.turns for moved in self.motors)

@@ -10,24 +10,37 @@ from ..errors import InputError, shown
 from .units import Dimension, Sign, parse_quantity
 
 KEYS = {
-    "file": ("format", "name", "geometry", "platform", "home", "defaults", "legs", "environment",
-             "uncertainty"),
-    "platform": ("kind", "force", "moment"),
+    "file": ("format", "name", "geometry", "motors", "platform", "home", "defaults", "legs",
+             "environment", "uncertainty"),
+    "platform": ("kind", "force", "moment", "mass", "center_of_mass", "loads"),
+    "platform.loads": ("position", "force"),
     "home": ("motors", "position", "rotation"),
     "defaults": ("leg",),
-    "legs": ("base", "base_rotation", "motor", "a", "b", "joint", "moment_row", "attachment",
-             "attachment_rotation", "rod"),
-    "motor": ("kind", "axis"),
+    "legs": ("base", "base_rotation", "motor", "base_joint", "a", "b", "joint", "moment_row",
+             "attachment", "attachment_rotation", "rod"),
+    "motor": ("kind", "axis", "ratio"),
     "joint": ("free",),
+    "base_joint": ("joint", "free", "position", "rotation"),
+    "rotation": ("tangent", "third", "axis", "angle"),
     "legs.rod": ("length", "bending_stiffness", "curvature_compliance", "section", "material",
                  "precurvature", "precurvature_radius", "extensible", "strain_compliance",
                  "force", "moment"),
-    "rectangle": ("kind", "width", "height"),
-    "circle": ("kind", "radius"),
+    "rectangle": ("kind", "width", "height", "shear_factor"),
+    "circle": ("kind", "radius", "shear_factor"),
     "material": ("E", "nu", "density"),
     "environment": ("gravity",),
 }  # fmt: skip
 """The keys of each kind of table."""
+
+CHOICES = {
+    "geometry": ("plane", "space"),
+    "platform": ("point", "body"),
+    "motor": ("revolute", "prismatic", "feed", "telescopic", "none"),
+    "joint": ("pivot", "universal", "spherical", "clamped", "swivel", "slider"),
+    "moment_row": ("pivot", "printed"),
+    "section": ("rectangle", "circle"),
+}
+"""The words between which a file chooses."""
 
 _REQUIRED = object()
 

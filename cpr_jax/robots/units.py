@@ -61,6 +61,7 @@ class Dimension:
 
 LENGTH = Dimension("length", ("m",), "0.25 or '250mm'")
 ANGLE = Dimension("angle", ("rad",), "0.785 or '45deg'")
+MASS = Dimension("mass", ("kg",), "0.1 or '100 g'")
 FORCE = Dimension("force", ("N",), "0.5 or '500mN'")
 MOMENT = Dimension("moment", ("N*m",), "0.01 or '10 N*mm'")
 BENDING_STIFFNESS = Dimension("stiffness", ("N*m^2",), "0.0183 or '1.83e-2 N*m^2'")

@@ -10,12 +10,19 @@ from jaxtyping import Array
 
 from ..geometry import AbstractGeometry
 from ..rods.rod import Rod
-from .joint import clamped, pivot, slider, spherical
+from .joint import BaseJoint, clamped, pivot, slider, spherical, swivel, universal
 from .leg import Leg, prismatic_screw, revolute_screw
 from .reading import FORMAT
 from .robot import Robot
 
-JOINTS = {"pivot": pivot, "spherical": spherical, "clamped": clamped, "slider": slider}
+JOINTS = {
+    "pivot": pivot,
+    "universal": universal,
+    "spherical": spherical,
+    "clamped": clamped,
+    "swivel": swivel,
+    "slider": slider,
+}
 """The joints that have a name in robot files."""
 
 _Values: TypeAlias = Sequence[float] | np.ndarray | Array
@@ -26,12 +33,12 @@ def robot_text(robot: Robot) -> str:
 
     **Raises:**
 
-    - `ValueError`: if the robot is a batch or its motors are not those of its legs.
+    - `ValueError`: if the robot is a batch or its motors move legs by different shares.
     """
     if robot.transmission.ndim != 2:
         raise inexpressible("it is a batch of robots")
-    if not np.array_equal(robot.transmission, np.eye(robot.n)):
-        raise inexpressible("its transmission is not the identity, one motor for each leg")
+    if not np.all(np.isin(robot.transmission, (0.0, 1.0))):
+        raise inexpressible("its transmission has other entries than 0 and 1")
     return "\n".join(_lines(robot)) + "\n"
 
 
@@ -46,10 +53,15 @@ def _lines(robot: Robot) -> Iterator[str]:
     yield f"format = {FORMAT}"
     yield f"name = {json.dumps(robot.name, ensure_ascii=False)}"
     yield f'geometry = "{geometry.name}"'
+    yield from _motors(robot)
     yield from ("", "[platform]", f'kind = "{"body" if robot.oriented else "point"}"')
     yield f"force = {_vector(robot.f_P)}"
     if robot.oriented:
         yield f"moment = {_rotational(robot.m_P)}"
+    if robot.loads is not None:
+        for place, force in zip(robot.loads.position, robot.loads.force, strict=True):
+            yield from ("", "[[platform.loads]]", f"position = {_vector(place)}")
+            yield f"force = {_vector(force)}"
     if robot.home is not None:
         position, rotation = np.split(robot.home.q_p, [geometry.d])
         yield from ("", "[home]", f"motors = {_vector(robot.home.q_a)}")
@@ -65,11 +77,21 @@ def _lines(robot: Robot) -> Iterator[str]:
             yield f"{label if bare else json.dumps(label)} = {_number(half_range)}"
 
 
+def _motors(robot: Robot) -> Iterator[str]:
+    """Which legs each motor moves, unless there is one motor for each leg that moves."""
+    usual = [i for i in range(robot.n) if _motor(robot.geometry, robot.leg(i)) != '"none"']
+    if not np.array_equal(robot.transmission, np.eye(robot.n)[:, usual]):
+        moved = (np.flatnonzero(column) + 1 for column in np.asarray(robot.transmission).T)
+        yield f"motors = [{', '.join(str(legs.tolist()) for legs in moved)}]"
+
+
 def _leg(geometry: AbstractGeometry, leg: Leg, oriented: bool) -> Iterator[str]:
     yield f"base = {_vector(leg.base_position)}"
     if np.any(leg.base_rotation):
         yield f"base_rotation = {_rotational(leg.base_rotation)}"
-    yield f"motor = {_motor(geometry, leg.screw)}"
+    yield f"motor = {_motor(geometry, leg)}"
+    if leg.base_joint is not None:
+        yield from _base_joint(geometry, leg.base_joint)
     yield f"a = {_segment(leg.a)}"
     yield f"b = {_segment(leg.b)}"
     yield f"joint = {_joint(geometry, leg.joint.free)}"
@@ -82,16 +104,61 @@ def _leg(geometry: AbstractGeometry, leg: Leg, oriented: bool) -> Iterator[str]:
     yield from ("", "[legs.rod]", *_rod(leg.rod))
 
 
-def _motor(geometry: AbstractGeometry, screw: _Values) -> str:
-    for kind, usual in (("revolute", revolute_screw), ("prismatic", prismatic_screw)):
-        if np.array_equal(screw, usual(geometry)):
-            return f'"{kind}"'
-    slide, turn = np.split(screw, [geometry.d])
-    if not np.any(turn):
-        return f'{{ kind = "prismatic", axis = {_vector(slide)} }}'
-    # Its translation, if it is a screw, is what the file cannot express.
-    axis = "" if geometry.r == 1 else f", axis = {_vector(turn)}"
-    return f'{{ kind = "revolute"{axis} }}'
+def _motor(geometry: AbstractGeometry, leg: Leg) -> str:
+    """The kind that comes nearest: what else a motor does is what a file cannot express."""
+    slide, turn = np.split(np.asarray(leg.screw), [geometry.d])
+    if np.any(turn):
+        _, usual = np.split(np.asarray(revolute_screw(geometry)), [geometry.d])
+        return _geared("revolute", *_gear(turn, usual))
+    if np.any(slide):
+        usual, _ = np.split(np.asarray(prismatic_screw(geometry)), [geometry.d])
+        return _geared("prismatic", *_gear(slide, usual))
+    for kind, motion in (("feed", leg.feed), ("telescopic", leg.stroke)):
+        if motion is not None and np.any(motion):
+            return _geared(kind, np.ravel(motion)[0])
+    return '"none"'
+
+
+def _geared(kind: str, ratio: float, axis: _Values | None = None) -> str:
+    if ratio == 1.0 and axis is None:
+        return f'"{kind}"'
+    along = "" if axis is None else f", axis = {_vector(axis)}"
+    geared = "" if ratio == 1.0 else f", ratio = {_number(ratio)}"
+    return f'{{ kind = "{kind}"{along}{geared} }}'
+
+
+def _gear(motion: np.ndarray, usual: np.ndarray) -> tuple[float, np.ndarray | None]:
+    """A ratio and a direction whose product is a motion, to the last bit if that can be.
+
+    The direction is `None` where it is the usual one.
+    """
+    length = ratio = float(np.linalg.norm(motion))
+    if np.array_equal(motion, (motion @ usual) * usual):
+        return motion @ usual, None
+    if abs(length - 1.0) < 1e-12:
+        return 1.0, motion
+    # Not every number is a multiple of a given one; among neighbours of the length there soon is
+    # one of which all components are. The reader takes the axis as it is if its length is near 1.
+    for _ in range(1000):
+        near = motion / ratio
+        beside = np.stack([near, np.nextafter(near, -np.inf), np.nextafter(near, np.inf)])
+        fits = ratio * beside == motion
+        if np.all(np.any(fits, axis=0)):
+            return ratio, beside[np.argmax(fits, axis=0), np.arange(len(motion))]
+        ratio = math.nextafter(ratio, math.inf)
+    return length, motion / length
+
+
+def _base_joint(geometry: AbstractGeometry, joint: BaseJoint) -> Iterator[str]:
+    """Nothing where it is locked and without extent, as it is in legs that have none."""
+    name = _joint(geometry, joint.free)
+    placed = np.any(joint.position) or np.any(joint.rotation)
+    if not placed and np.any(joint.free):
+        yield f"base_joint = {name}"
+    elif placed:
+        freedoms = f"joint = {name}" if name.startswith('"') else name.strip("{ }")
+        place = f"position = {_vector(joint.position)}, rotation = {_rotational(joint.rotation)}"
+        yield f"base_joint = {{ {freedoms}, {place} }}"
 
 
 def _joint(geometry: AbstractGeometry, free: _Values) -> str:

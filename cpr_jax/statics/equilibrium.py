@@ -1,6 +1,7 @@
 """The forward and the inverse geometrico-static problem."""
 
 import threading
+from collections.abc import Sequence
 from typing import Any
 
 import equinox as eqx
@@ -17,7 +18,7 @@ from ..rods.integration import DEFAULT_STEPS
 from .continuation import Track
 from .guess import at_rest, detours, from_home, from_neighbour, reaching, search
 from .measures import Measures, measures_with
-from .problem import Problem, find_root, forward_rows, inverse_rows
+from .problem import Problem, find_root, forward_rows, imposed_coordinates, imposed_rows
 from .residual import base_wrench, leg_base
 from .status import SolveError, Status
 from .unknowns import State, ravel, unknown_scales, unravel
@@ -64,6 +65,7 @@ def solve_inverse(
     robot: Robot,
     point: Numbers,
     *,
+    imposed: Sequence[str] | None = None,
     guess: Equilibrium | None = None,
     steps: int = DEFAULT_STEPS,
     throw: bool = True,
@@ -72,8 +74,12 @@ def solve_inverse(
 
     **Arguments:**
 
-    - `robot`: with as many motors as platform coordinates.
-    - `point`: desired `q_p`: the position, m, and for a body its rotation vector, rad.
+    - `robot`: with as many motors as coordinates are imposed.
+    - `point`: desired `q_p`: the position, m, and for a body its rotation vector, rad; or the
+        values of `imposed`, in their order.
+    - `imposed`: names of the coordinates to impose, where they are not those of the platform:
+        as many as there are motors, such as `("x", "y", "z")` for three motors that move a body,
+        see `imposed_coordinates`. `resolve_redundancy` is for robots with more motors.
     - `guess`: an equilibrium from which the branch is followed along a line. Without it, the
         branch is the one of the robot's home configuration; a robot without one is searched
         systematically and its equilibrium of least energy is taken.
@@ -88,9 +94,11 @@ def solve_inverse(
     **Raises:** `ValueError` for a bad argument; `SolveError` where there is no solution.
     """
     _check_call(robot, guess, steps)
-    point = _checked("point", point, robot.n_p, robot)
-    target = _padded(point, robot.n_a, 0)
-    return _solve(robot, inverse_rows(robot), target, guess, steps, throw)
+    places = imposed_coordinates(robot, imposed)
+    point = _checked("point", point, robot.n_a, robot)
+    xp = namespace(point)
+    target = xp.asarray(point) @ np.eye(robot.n_a + robot.n_p)[list(places)]
+    return _solve(robot, imposed_rows(robot, places), jnp.asarray(target), guess, steps, throw)
 
 
 def solve_forward(
@@ -107,7 +115,7 @@ def solve_forward(
     """
     _check_call(robot, guess, steps)
     q_a = _checked("q_a", q_a, robot.n_a, robot)
-    target = _padded(q_a, 0, robot.n_p)
+    target = jnp.asarray(namespace(q_a).pad(q_a, (0, robot.n_p)))
     return _solve(robot, forward_rows(robot), target, guess, steps, throw)
 
 
@@ -221,11 +229,6 @@ def _base_wrenches(robot: Robot, state: State) -> Float[Array, "n freedoms"]:
         return base_wrench(geometry, leg_base(geometry, leg, q, mu))
 
     return jax.vmap(one)(robot.legs, robot.transmission @ state.q_a, state.mu)
-
-
-def _padded(values: Array, before: int, after: int) -> Array:
-    """Imposed coordinates among all of `(q_a, q_p)`; the others do not matter."""
-    return jnp.asarray(namespace(values).pad(values, (before, after)))
 
 
 def _check_call(robot: Any, guess: Any, steps: Any) -> None:

@@ -1,5 +1,6 @@
 """A system of equations: R₀(y, ρ) with the imposed coordinates, dimensionless."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import equinox as eqx
@@ -9,12 +10,13 @@ import numpy as np
 import optimistix as optx
 from jaxtyping import Array, Float, Int
 
+from ..errors import InputError, shown
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from .newton import LaneAdjoint, LaneNewton
 from .residual import residual
 from .status import Status
-from .unknowns import unknown_scales, unravel
+from .unknowns import unknown_labels, unknown_scales, unravel
 
 TOLERANCE = 1e-10
 """A solution's largest residual, in units of `scales(robot)`."""
@@ -45,14 +47,67 @@ def forward_rows(robot: Robot) -> Float[Array, "n_a n_q"]:
     return jnp.asarray(np.eye(robot.n_a, robot.n_a + robot.n_p))
 
 
-def inverse_rows(robot: Robot) -> Float[Array, "n_a n_q"]:
-    """Rows that impose the platform coordinates."""
-    if robot.n_a != robot.n_p:
-        raise ValueError(
-            f"Argument `robot` must have as many motors as platform coordinates to impose them "
-            f"all, but it has {robot.n_a} motors and {robot.n_p} platform coordinates."
+def imposed_rows(robot: Robot, places: Sequence[int]) -> Float[Array, "n_a n_q"]:
+    """Rows that impose these entries of `(q_a, q_p)`, as many as the robot has motors."""
+    return jnp.asarray(np.eye(robot.n_a + robot.n_p)[list(places)])
+
+
+def imposed_coordinates(robot: Robot, names: Sequence[str] | None = None) -> tuple[int, ...]:
+    """Places in `(q_a, q_p)` of the coordinates that an inverse problem imposes.
+
+    **Arguments:**
+
+    - `names`: labels such as `p_P_x`, or `x`, `phi_P_z` and `q1`, as many as the robot has
+        motors; by default all platform coordinates.
+
+    **Raises:** `InputError` where the numbers do not fit, with what to do about it.
+    """
+    n_a, n_p = robot.n_a, robot.n_p
+    choice = f"({', '.join(_short(robot)[n_a:])})"
+    if names is None:
+        if n_a == n_p:
+            return tuple(range(n_a, n_a + n_p))
+        advice = (
+            f"name {n_a} of them {choice}"
+            if n_a < n_p
+            else f"name {n_a - n_p} motors with them, or use `resolve_redundancy`"
         )
-    return jnp.asarray(np.eye(robot.n_a, robot.n_a + robot.n_p, k=robot.n_a))
+        raise InputError(
+            f"Argument `imposed` must be given for {robot.name}, since its {n_a} motors cannot "
+            f"impose {n_p} platform coordinates: {advice}."
+        )
+    if isinstance(names, str) or len(names) != n_a or len(set(names)) != n_a:
+        raise InputError(
+            f"Argument `imposed` must name {n_a} different coordinates of {robot.name} {choice}, "
+            f"one for each motor, but it is {shown(names)}."
+        )
+    return coordinate_places(robot, names)
+
+
+def coordinate_places(robot: Robot, names: Sequence[str]) -> tuple[int, ...]:
+    """Places in `(q_a, q_p)` of coordinates by name."""
+    short = _short(robot)
+    labels = unknown_labels(robot)[: len(short)]
+    places = []
+    for name in names:
+        if name not in short and name not in labels:
+            raise InputError(
+                f"Argument `imposed` must name coordinates of {robot.name} "
+                f"({', '.join(short)}), but it names {shown(name)}."
+            )
+        places.append(short.index(name) if name in short else labels.index(name))
+    return tuple(places)
+
+
+def _short(robot: Robot) -> list[str]:
+    """Names of `(q_a, q_p)`: positions are called by their axes."""
+    labels = unknown_labels(robot)[: robot.n_a + robot.n_p]
+    return [label.removeprefix("p_P_") for label in labels]
+
+
+def inverse_rows(robot: Robot) -> Float[Array, "n_a n_q"]:
+    """Rows that impose the platform coordinates, all of them."""
+    return imposed_rows(robot, imposed_coordinates(robot))
 
 
 def full_residual(

@@ -11,7 +11,7 @@ from ..analysis.singularity import compile_tracing
 from ..programs import started
 from ..robots.robot import Robot
 from ..statics.advance import advance
-from ..statics.problem import inverse_rows
+from ..statics.problem import imposed_rows
 from .cells import look_at_cells
 from .creeping import LANES
 
@@ -23,6 +23,7 @@ def compile_ahead(
     selection: Selection,
     delta: jax.Array,
     axes: tuple[int, int],
+    places: tuple[int, ...],
     steps: int,
     coarse: int,
     chunk: int,
@@ -33,23 +34,24 @@ def compile_ahead(
     run once on NaN, on which every iteration stops at once. Later calls find all of it done.
     """
     leaves, structure = jax.tree.flatten(robot)
-    key = (structure, tuple(np.shape(leaf) for leaf in leaves), selection, axes, steps, coarse)
+    shapes = tuple(np.shape(leaf) for leaf in leaves)
+    key = (structure, shapes, selection, axes, places, steps, coarse)
     if key in _known:
         return Ahead()
     _known.add(key)
-    imposed = inverse_rows(robot)
-    shapes = (LANES, robot.n_y), (LANES, robot.n_a + robot.n_p), (chunk, robot.n_y)
-    lanes, goals, cells = (np.full(shape, np.nan) for shape in shapes)
+    imposed = imposed_rows(robot, places)
+    rows = (LANES, robot.n_y), (LANES, robot.n_a + robot.n_p), (chunk, robot.n_y)
+    lanes, goals, cells = (np.full(shape, np.nan) for shape in rows)
 
     def follow() -> None:
         advance(robot, imposed, axes, lanes, goals, coarse)
 
     def look() -> None:
-        look_at_cells(robot, selection, delta, cells, steps)
+        look_at_cells(robot, selection, delta, cells, places, steps)
 
     def lines() -> None:
         first.join()
-        compile_tracing(robot, axes, steps)
+        compile_tracing(robot, axes, places, steps)
 
     first = started(follow)
     return Ahead(follow=first, look=started(look), lines=started(lines))

@@ -1,5 +1,6 @@
 """Everything that a map says about one of its cells."""
 
+import itertools
 from typing import NamedTuple, TypeAlias
 
 import jax
@@ -26,8 +27,8 @@ class Cell(NamedTuple):
 
     **Attributes:**
 
-    - `q_a`, `mu`, `motor_torques`, `energy`, `bows`, `sigma_t1`, `sigma_t2`, `sign_t2`: as in
-        `Equilibrium` and `Measures`.
+    - `q_a`, `q_p`, `mu`, `motor_torques`, `energy`, `bows`, `sigma_t1`, `sigma_t2`, `sign_t2`: as
+        in `Equilibrium` and `Measures`.
     - `Pi_p`: `∂q_p/∂ρ` with the motors held, shape `(n_p, n_ρ)`.
     - `semi_axes`, `directions`: of the uncertainty ellipsoid of the position, largest first.
     - `manipulability`: `√det(J Jᵀ)` of `J = ∂p_P/∂q_a`; `manipulability_condition`: smallest
@@ -38,6 +39,7 @@ class Cell(NamedTuple):
     """
 
     q_a: Float[Array, " n_a"]
+    q_p: Float[Array, " n_p"]
     mu: Float[Array, "n freedoms"]
     motor_torques: Float[Array, " n_a"]
     energy: Float[Array, ""]
@@ -62,16 +64,18 @@ def look_at_cells(
     selection: Selection,
     delta: Float[Array, " n_rho"],
     y: Float[Array, "cells n_y"],
+    imposed: tuple[int, ...],
     steps: int,
 ) -> Cell:
     """The numbers of many equilibria, from their unknowns in SI units.
 
-    The unknowns are to be close: one Newton step with the platform held is part of the look.
+    The unknowns are to be close: one Newton step is part of the look, with the coordinates at the
+    places `imposed` of `(q_a, q_p)` held.
     """
-    return jax.vmap(lambda y: _look(robot, selection, delta, y, steps))(y)
+    return jax.vmap(lambda y: _look(robot, selection, delta, y, imposed, steps))(y)
 
 
-def _look(robot: Robot, selection: Selection, delta, y, steps: int) -> Cell:
+def _look(robot: Robot, selection: Selection, delta, y, imposed, steps: int) -> Cell:
     units = unknown_scales(robot)
     n_a, n_p = robot.n_a, robot.n_p
     n_q = n_a + n_p
@@ -85,11 +89,13 @@ def _look(robot: Robot, selection: Selection, delta, y, steps: int) -> Cell:
     linearise = jax.jacfwd(equations, argnums=(0, 1), has_aux=True)
     (by_y, by_rho), R_0 = linearise(y / units, selection.get(robot))
     A_p = by_y[:, n_a:]
-    A_q = jnp.concatenate([by_y[:, :n_a], by_y[:, n_q:]], axis=1)
+    free = free_runs(robot, imposed)
+    A_q = jnp.concatenate([by_y[:, run] for run in free], axis=1)
     inverse_p, sign_t2 = inverse_with_sign(A_p)
     inverse_q, _ = inverse_with_sign(A_q)
-    moved = -(inverse_q @ R_0) * jnp.concatenate([units[:n_a], units[n_q:]])
-    y = y.at[:n_a].add(moved[:n_a]).at[n_q:].add(moved[n_a:])
+    moved = -(inverse_q @ R_0) * jnp.concatenate([units[run] for run in free])
+    for run in free:
+        y, moved = y.at[run].add(moved[: run.stop - run.start]), moved[run.stop - run.start :]
     answers = -inverse_p[:n_p] @ jnp.concatenate([by_rho, by_y[:, :n_a]], axis=1)
     answers = answers * units[n_a:n_q, None]
     Pi_p, J = answers[:, : delta.size], answers[:d, delta.size :] / units[:n_a]
@@ -101,6 +107,7 @@ def _look(robot: Robot, selection: Selection, delta, y, steps: int) -> Cell:
     curvature, moment = _strongest(robot, nodes)
     return Cell(
         q_a=state.q_a,
+        q_p=state.q_p,
         mu=state.mu,
         motor_torques=motor_torques(robot, y),
         energy=energy,
@@ -118,6 +125,13 @@ def _look(robot: Robot, selection: Selection, delta, y, steps: int) -> Cell:
         unstable=counted.index,
         residual=jnp.max(jnp.abs(residual(robot, state, steps))),
     )
+
+
+def free_runs(robot: Robot, imposed: tuple[int, ...]) -> list[slice]:
+    """Contiguous parts of y that remain free when some coordinates are imposed."""
+    ends = [-1, *sorted(imposed), robot.n_y]
+    runs = [slice(a + 1, b) for a, b in itertools.pairwise(ends)]
+    return [run for run in runs if run.stop > run.start]
 
 
 def _strongest(robot: Robot, nodes: RodState):

@@ -9,9 +9,9 @@ from jaxtyping import Bool, Float
 from ..errors import InputError
 from ..robots.robot import Robot
 from ..statics.advance import DEVIATION, Nearby
-from ..statics.problem import inverse_rows
+from ..statics.problem import imposed_rows
 from ..statics.status import Status
-from ..statics.unknowns import scales, unknown_scales
+from ..statics.unknowns import unknown_scales
 from .creeping import advance_all, creep
 from .grid import Grid
 
@@ -49,12 +49,13 @@ class Front:
         grid: Grid,
         seed: Float[np.ndarray, " n_y"],
         steps: int,
+        imposed: tuple[int, ...],
         stride: int = 1,
     ):
         self.robot, self.grid, self.steps = robot, grid, steps
-        self.imposed = inverse_rows(robot)
-        length = float(scales(robot).length)
-        strides = 0.05 * length / float(np.max(grid.spacing))
+        self.imposed = imposed_rows(robot, imposed)
+        units = np.asarray(unknown_scales(robot))[list(grid.axes)]
+        strides = 0.05 / float(np.max(grid.spacing / units))
         self.coarsest = max(stride, 2 ** max(0, int(np.floor(np.log2(max(strides, 1.0))))))
         margin = self.margin = self.coarsest
         shape = tuple(n + 2 * margin for n in grid.shape)

@@ -1,13 +1,14 @@
 """Grids over two platform coordinates, and what a leg can reach."""
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float
 
 from ..errors import InputError
 from ..robots.robot import Robot
-from ..statics.unknowns import unknown_labels
+from ..statics.unknowns import unknown_labels, unknown_scales
 
 
 @dataclasses.dataclass(frozen=True)
@@ -58,19 +59,22 @@ class Grid:
 
 def make_grid(
     robot: Robot,
-    q_p: Float[np.ndarray, " n_p"],
-    spacing: float,
+    begin: Float[np.ndarray, " n_q"],
+    spacing: float | Sequence[float] | None,
     box: Float[np.ndarray, "2 2"] | None,
     names: tuple[str, str] | None = None,
     mirror: bool = False,
+    refine: int = 0,
 ) -> Grid:
     """A grid whose lines are multiples of the spacing, over a box or over all within reach.
 
     **Arguments:**
 
-    - `q_p`: platform coordinates whose entries off the axes are held.
+    - `begin`: `(q_a, q_p)`, whose entries off the axes are held where they are imposed.
+    - `spacing`: along both axes or along each; by default a hundredth of their units.
     - `box`: lower and upper corner, SI units.
     - `mirror`: keep only the half where the first coordinate is not negative.
+    - `refine`: how often the spacing is halved.
     """
     n_a = robot.n_a
     labels = [label.removeprefix("p_P_") for label in unknown_labels(robot)[n_a : n_a + robot.n_p]]
@@ -84,9 +88,10 @@ def make_grid(
     places = [labels.index(name) for name in chosen]
     if len(set(places)) != 2:
         raise InputError(f"Argument `axes` must name two coordinates, but it is {chosen!r}.")
-    if not spacing > 0.0:
-        raise InputError(f"Argument `spacing` must be positive, but it is {spacing!r}.")
-    corners = _reachable_box(robot, q_p)[:, places] if box is None else np.asarray(box, float)
+    axes = (n_a + places[0], n_a + places[1])
+    strides = _spacing(robot, axes, spacing) / 2**refine
+    reach = _reachable_box(robot, begin[n_a:])
+    corners = reach[:, places] if box is None else np.asarray(box, float)
     if corners.shape != (2, 2) or not np.all(np.isfinite(corners)):
         raise InputError(
             "Argument `box` must hold a lower and an upper corner of two finite numbers each, "
@@ -96,7 +101,7 @@ def make_grid(
         corners = np.array([[0.0, corners[0, 1]], corners[1]])
     # A box of the user is kept to; one of all within reach is to hold the edge of the workspace.
     inward = 1.0 if box is not None else -1.0
-    low, high = corners / spacing + 1e-9 * inward * np.array([[-1.0], [1.0]])
+    low, high = corners / strides + 1e-9 * inward * np.array([[-1.0], [1.0]])
     first, last = (
         (np.ceil(low), np.floor(high)) if box is not None else (np.floor(low), np.ceil(high))
     )
@@ -104,12 +109,25 @@ def make_grid(
     if np.any(last - first < 2):
         raise InputError(
             "Argument `box` must be at least two spacings wide, but its corners are "
-            f"{corners.tolist()} with a spacing of {spacing}."
+            f"{corners.tolist()} with a spacing of {strides.tolist()}."
         )
-    lines = [spacing * np.arange(a, b + 1) for a, b in zip(first, last, strict=True)]
-    held = np.concatenate([np.zeros(n_a), np.asarray(q_p, float)])
-    axes = (n_a + places[0], n_a + places[1])
-    return Grid(axes, (chosen[0], chosen[1]), (lines[0], lines[1]), held)
+    lines = [h * np.arange(a, b + 1) for h, a, b in zip(strides, first, last, strict=True)]
+    return Grid(axes, (chosen[0], chosen[1]), (lines[0], lines[1]), np.asarray(begin, float))
+
+
+def _spacing(robot: Robot, axes: tuple[int, int], spacing) -> Float[np.ndarray, "2"]:
+    """The spacing along each axis."""
+    if spacing is None:
+        return np.asarray(unknown_scales(robot))[list(axes)] / 100.0
+    try:
+        strides = np.broadcast_to(np.asarray(spacing, float), (2,))
+    except (TypeError, ValueError):
+        strides = np.full(2, np.nan)
+    if not np.all(strides > 0.0):
+        raise InputError(
+            f"Argument `spacing` must be positive, one number or two, but it is {spacing!r}."
+        )
+    return strides
 
 
 def reaches(robot: Robot) -> Float[np.ndarray, " n"]:
@@ -119,6 +137,11 @@ def reaches(robot: Robot) -> Float[np.ndarray, " n"]:
     straight = [np.linalg.norm(np.asarray(part), axis=-1) for part in (legs.a, legs.b)]
     reach = np.asarray(legs.rod.length) + straight[0] + straight[1]
     limited = np.all(np.asarray(legs.screw)[:, :d] == 0.0, axis=1)
+    if legs.stroke is not None:
+        limited &= np.all(np.asarray(legs.stroke) == 0.0, axis=1)
+    if legs.base_joint is not None:
+        reach = reach + np.linalg.norm(np.asarray(legs.base_joint.position), axis=-1)
+        limited &= np.all(np.asarray(legs.base_joint.free)[:, :d] == 0.0, axis=1)
     if legs.feed is not None:
         limited &= np.asarray(legs.feed) == 0.0
     if legs.rod.strain_compliance is not None:
@@ -127,12 +150,21 @@ def reaches(robot: Robot) -> Float[np.ndarray, " n"]:
     return np.where(limited, reach, np.inf)
 
 
-def out_of_reach(robot: Robot, q_p: Float[np.ndarray, "k n_p"]) -> np.ndarray:
-    """Whether some leg is shorter than the way from its base to its joint, shape `(k,)`."""
-    d = robot.geometry.d
+def out_of_reach(
+    robot: Robot, targets: Float[np.ndarray, "k n_q"], imposed: Sequence[int]
+) -> np.ndarray:
+    """Whether some leg is shorter than the way from its base to its joint, shape `(k,)`.
+
+    Nobody knows of targets whose position is not imposed.
+    """
+    d, n_a = robot.geometry.d, robot.n_a
+    q_p = targets[:, n_a:]
+    if not set(range(n_a, n_a + d)) <= set(imposed):
+        return np.zeros(len(q_p), bool)
+    turns = set(range(n_a + d, n_a + robot.n_p)) <= set(imposed)
     arms = np.asarray(robot.legs.attachment_position)
     slack = np.linalg.norm(arms, axis=-1)
-    if robot.oriented and robot.geometry.r == 1:
+    if robot.oriented and robot.geometry.r == 1 and turns:
         turn = q_p[:, d]
         c, s = np.cos(turn), np.sin(turn)
         matrices = np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)

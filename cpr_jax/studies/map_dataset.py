@@ -37,6 +37,7 @@ class Found(NamedTuple):
 def map_dataset(
     robot: Robot,
     grid: Grid,
+    imposed: tuple[int, ...],
     selection: Selection,
     delta: np.ndarray,
     found: Found,
@@ -122,6 +123,7 @@ def map_dataset(
             {"units": "1", "long_name": "how often the spacing was halved there"},
         ),
         "q_a": entry(cells.q_a, motor_unit, "motor positions", "motor"),
+        "q_p": entry(cells.q_p, "m, rad", "platform coordinates", "coordinate"),
         "mu": entry(cells.mu, "N, N m", "wrenches at the bases of the rods", "leg", "wrench"),
         "motor_torque": entry(cells.motor_torques, torque_unit, "motor torques", "motor"),
         "energy": entry(cells.energy, "J", "total potential energy"),
@@ -148,11 +150,7 @@ def map_dataset(
         dims, _, attributes = variables[name]
         variables[name] = (dims, padded, attributes)
     axis_units = [units[axis] for axis in grid.axes]
-    held = {
-        labels[n_a + k]: float(grid.held[n_a + k])
-        for k in range(robot.n_p)
-        if n_a + k not in grid.axes
-    }
+    held = {labels[k]: float(grid.held[k]) for k in imposed if k not in grid.axes}
     coordinates = {
         name: (name, values, {"units": unit, "long_name": f"platform coordinate {name}"})
         for name, values, unit in zip(grid.names, grid.coordinates, axis_units, strict=True)

@@ -11,7 +11,9 @@ _SAME_SHEET = 0.3
 """Largest difference of the motors, dimensionless, between a curve and the cells around it."""
 
 
-def singular_lines(robot, grid: Grid, y, solved, sign, steps: int) -> dict[str, list[np.ndarray]]:
+def singular_lines(
+    robot, grid: Grid, imposed: tuple[int, ...], y, solved, sign, steps: int
+) -> dict[str, list[np.ndarray]]:
     """Singular curves of both kinds on the sheet that the map shows, as points on the axes."""
     sheet = _Sheet(robot, grid, y, solved)
     lines = {}
@@ -25,6 +27,7 @@ def singular_lines(robot, grid: Grid, y, solved, sign, steps: int) -> dict[str, 
             grid.axes,
             box=grid.box,
             spacing=float(np.max(grid.spacing)),
+            imposed=imposed,
             belongs=sheet.shows,
             steps=steps,
         )

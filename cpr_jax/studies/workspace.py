@@ -7,7 +7,6 @@ import time
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 import xarray as xr
 from jaxtyping import Array, Float
@@ -18,7 +17,7 @@ from ..errors import InputError, check_integer
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium, solve_inverse
-from ..statics.problem import TOLERANCE
+from ..statics.problem import TOLERANCE, imposed_coordinates
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
 from .ahead import Ahead, compile_ahead
@@ -52,10 +51,11 @@ def workspace_map(
     robot: Robot,
     seed: Equilibrium | None = None,
     *,
-    spacing: float | None = None,
+    spacing: float | Sequence[float] | None = None,
     refine: int = 0,
     box: Sequence[Sequence[float]] | None = None,
     axes: tuple[str, str] | None = None,
+    imposed: Sequence[str] | None = None,
     symmetry: bool | None = None,
     parameters: Sequence[str] | None = None,
     delta: Mapping[str, float] | None = None,
@@ -73,12 +73,15 @@ def workspace_map(
     **Arguments:**
 
     - `seed`: an equilibrium of the branch to map; by default the one at the robot's home.
-    - `spacing`: of the grid, m; by default a hundredth of the mean rod length.
+    - `spacing`: of the grid along both axes or along each, m or rad; by default a hundredth of the
+        mean rod length, or of a radian.
     - `refine`: how often the spacing is halved where the sensitivity changes fast and where the
         branch ends; cells elsewhere stand for the block around them, see `level`.
     - `box`: lower and upper corner; by default all within reach of the legs.
     - `axes`: which two platform coordinates vary, by default the position in the plane of the
         robot; the others stay as they are in the seed.
+    - `imposed`: names of the coordinates that the motors impose, the axes among them, as in
+        `solve_inverse`; by default all of the platform's. What is not imposed follows freely.
     - `symmetry`: map only the half with a first coordinate from 0 on; by default where the robot
         is its own mirror image.
     - `parameters`, `delta`: as in `sensitivity`.
@@ -93,50 +96,52 @@ def workspace_map(
 
     **Raises:** `ValueError` for a bad argument; `SolveError` where the home has no solution.
     """
-    if robot.n_a != robot.n_p:
-        raise InputError(
-            f"Argument `robot` must have as many motors as platform coordinates for a map, but "
-            f"{robot.name} has {robot.n_a} motors and {robot.n_p} platform coordinates."
-        )
+    places = imposed_coordinates(robot, imposed)
     selection = select(robot, parameters)
     half_ranges = ranges(robot, selection, delta)
     if seed is not None:
         if int(seed.status) != Status.SOLVED:
             reason = Status(int(seed.status)).name
             raise InputError(f"Argument `seed` must be solved, but its status is {reason}.")
-        start = seed.q_p
+        begin = np.concatenate([seed.q_a, seed.q_p])
     elif robot.home is not None:
-        start = robot.home.q_p
+        begin = np.concatenate([robot.home.q_a, robot.home.q_p])
     else:
         raise InputError("Argument `seed` must be given for a robot without a home configuration.")
     check_integer("refine", refine, least=0, most=_FINEST)
     check_integer("steps", steps)
     if resume and out is None:
         raise InputError("Argument `out` must be given to resume a map, but it is None.")
-    step = float(jnp.mean(robot.legs.rod.length)) / 100.0 if spacing is None else float(spacing)
-    step /= 2**refine
     corners = None if box is None else np.asarray(box, float)
     # Made once before anything is computed, so that mistakes are named at once.
-    grid = make_grid(robot, np.asarray(start), step, corners, axes)
+    grid = make_grid(robot, begin, spacing, corners, axes, refine=refine)
+    if not set(grid.axes) <= set(places):
+        raise InputError(
+            f"Argument `imposed` must contain the axes of the map, {' and '.join(grid.names)}, "
+            f"but it is {shown(imposed)}."
+        )
     folder = None if out is None else pathlib.Path(out)
     with compile_ahead(
-        robot, selection, half_ranges, grid.axes, steps, coarse(steps), _CHUNK
+        robot, selection, half_ranges, grid.axes, places, steps, coarse(steps), _CHUNK
     ) as ahead:
         if seed is None:
-            seed = solve_inverse(robot, start, steps=steps)
+            seed = solve_inverse(robot, begin[list(places)], imposed=imposed, steps=steps)
         ahead.wait("follow")
         if symmetry is None:
             symmetry = box is None and is_mirror_symmetric(robot, seed, coarse(steps))
-        grid = make_grid(robot, np.asarray(seed.q_p), step, corners, axes, symmetry)
+        begin = np.concatenate([seed.q_a, seed.q_p])
+        grid = make_grid(robot, begin, spacing, corners, axes, symmetry, refine)
         configuration = _configuration(
-            robot, seed, grid, selection, half_ranges, limits, steps, refine
+            robot, seed, grid, places, selection, half_ranges, limits, steps, refine
         )
         if folder is not None and resume:
             finished = _finished(folder / "map.nc", configuration)
             if finished is not None:
                 return finished
         parts = Parts(None if folder is None else folder / "parts", configuration, resume)
-        job = _Job(robot, seed, grid, selection, half_ranges, limits, steps, refine, parts, ahead)
+        job = _Job(
+            robot, seed, grid, places, selection, half_ranges, limits, steps, refine, parts, ahead
+        )
         with tqdm(total=grid.shape[0] * grid.shape[1], unit="cell", disable=not progress) as bar:
             dataset = _map(job, bar)
     dataset.attrs["configuration"] = json.dumps(configuration, sort_keys=True)
@@ -152,13 +157,16 @@ def coarse(steps: int) -> int:
     return max(2, (steps + 1) // 2)
 
 
-def _configuration(robot, seed, grid, selection, delta, limits, steps, refine) -> dict[str, Any]:
+def _configuration(
+    robot, seed, grid, imposed, selection, delta, limits, steps, refine
+) -> dict[str, Any]:
     """What decides every number of a map, in a form that can be compared and stored."""
     return {
         "robot": robot.name,
         "robot_digest": digest(robot),
         "seed_digest": digest(seed.y),
         "axes": list(grid.names),
+        "imposed": list(imposed),
         "box": grid.box.tolist(),
         "cells": list(grid.shape),
         "parameters": list(selection.labels),
@@ -187,6 +195,7 @@ class _Job(NamedTuple):
     robot: Robot
     seed: Equilibrium
     grid: Grid
+    imposed: tuple[int, ...]
     selection: Selection
     delta: Float[Array, " n_rho"]
     limits: Limits | None
@@ -197,9 +206,9 @@ class _Job(NamedTuple):
 
 
 def _map(job: _Job, bar: tqdm) -> xr.Dataset:
-    robot, seed, grid, selection, delta, limits, steps, refine, parts, ahead = job
+    robot, seed, grid, imposed, selection, delta, limits, steps, refine, parts, ahead = job
     units = np.asarray(unknown_scales(robot))
-    front = Front(robot, grid, np.asarray(seed.y) / units, coarse(steps), 2**refine)
+    front = Front(robot, grid, np.asarray(seed.y) / units, coarse(steps), imposed, 2**refine)
     wanted, looked, seen = {}, [], np.zeros_like(front.solved)
     seam = np.zeros(grid.shape, bool)
     size = np.full(front.solved.shape, np.nan)
@@ -228,7 +237,7 @@ def _map(job: _Job, bar: tqdm) -> xr.Dataset:
     status = np.full(grid.shape, int(Status.BEYOND_FOLD), np.int8)
     status[front.stalled[front.inner]] = Status.NOT_CONVERGED
     targets = grid.targets(grid.points.reshape(-1, 2))
-    far = out_of_reach(robot, targets[:, robot.n_a :]).reshape(grid.shape)
+    far = out_of_reach(robot, targets, imposed).reshape(grid.shape)
     status[far] = Status.OUT_OF_REACH
     # What polishing does not bring below the tolerance is no solution, and does not look like one.
     polished = cells.residual < TOLERANCE
@@ -241,10 +250,11 @@ def _map(job: _Job, bar: tqdm) -> xr.Dataset:
     sign = np.zeros(grid.shape)
     sign[solved] = cells.sign_t2
     ahead.wait("lines")
-    lines = singular_lines(robot, grid, y[stands_for], solved[stands_for], sign[stands_for], steps)
+    shown_y, shown_sign = y[stands_for], sign[stands_for]
+    lines = singular_lines(robot, grid, imposed, shown_y, solved[stands_for], shown_sign, steps)
     bar.update(bar.total - bar.n)
     found = Found(status, solved, seam, cells, stands_for, levels)
-    return map_dataset(robot, grid, selection, np.asarray(delta), found, lines)
+    return map_dataset(robot, grid, imposed, selection, np.asarray(delta), found, lines)
 
 
 def _followed(front: Front, parts: Parts, bar: tqdm, level: int, stride: int) -> None:
@@ -280,7 +290,9 @@ def _looked_at(job: _Job, y, bar: tqdm, level: int) -> Cell:
         if known is not None:
             return Cell(**known)
         here, half_ranges = places[turn % len(places)]
-        looked = look_at_cells(here, job.selection, half_ranges, padded(y, _CHUNK), job.steps)
+        looked = look_at_cells(
+            here, job.selection, half_ranges, padded(y, _CHUNK), job.imposed, job.steps
+        )
         chunk = Cell(*(np.array(leaf)[: len(y)] for leaf in looked))
         parts.save(name, chunk._asdict())
         return chunk
@@ -295,14 +307,12 @@ def _looked_at(job: _Job, y, bar: tqdm, level: int) -> Cell:
         return Cell(*(np.concatenate(leaves) for leaves in zip(*chunks, strict=True)))
 
     cells = look_at_all(f"cells-{level}", y)
-    n_a, n_q = robot.n_a, robot.n_a + robot.n_p
     for round_ in range(_POLISHED):
         rough = np.flatnonzero(~(cells.residual < TOLERANCE))
         if len(rough) == 0:
             break
-        better = y[rough].copy()
-        better[:, :n_a] = cells.q_a[rough]
-        better[:, n_q:] = cells.mu[rough].reshape(len(rough), -1)
+        mu = cells.mu[rough].reshape(len(rough), -1)
+        better = np.concatenate([cells.q_a[rough], cells.q_p[rough], mu], axis=1)
         polished = look_at_all(f"polished-{level}-{round_}", better)
         for leaf, part in zip(cells, polished, strict=True):
             leaf[rough] = part

@@ -1,6 +1,5 @@
 """Mistakes in robot files: each is refused with one line. Nothing here imports jax."""
 
-import copy
 import datetime
 import math
 import pathlib
@@ -12,78 +11,7 @@ import pytest
 from cpr_jax.errors import InputError
 from cpr_jax.robots.reading import parse_specification, read_specification
 
-DOCUMENTS = {
-    "point": """
-        format = 1
-        geometry = "plane"
-        [platform]
-        kind = "point"
-        [home]
-        motors = [2.7, 0.44]
-        position = [0, 0.2]
-        [[legs]]
-        base = [-0.1, 0]
-        rod = { length = "250 mm", bending_stiffness = "1.83e-2 N*m^2" }
-        [[legs]]
-        base = [0.1, 0]
-        rod = { length = "250 mm", bending_stiffness = "1.83e-2 N*m^2" }
-        [uncertainty]
-        k_b1 = "4.73e-3 N*m^2"
-        """,
-    "body": """
-        format = 1
-        name = "body"
-        geometry = "plane"
-        [platform]
-        kind = "body"
-        force = ["0 N", "1 N"]
-        moment = "0 N*m"
-        [home]
-        motors = ["154 deg", "20 mm"]
-        position = ["0 mm", "200 mm"]
-        rotation = "0 deg"
-        [environment]
-        gravity = ["0 m/s^2", "-9.81 m/s^2"]
-        [defaults.leg]
-        a = "45 mm"
-        [defaults.leg.rod]
-        length = "250 mm"
-        section = { kind = "rectangle", width = "2 mm", height = "10 mm" }
-        material = { E = "2.7 GPa", nu = 0.35, density = "1200 kg/m^3" }
-        [[legs]]
-        base = ["-100 mm", "0 mm"]
-        attachment = ["-1 mm", "0 mm"]
-        [[legs]]
-        base = ["100 mm", "0 mm"]
-        base_rotation = "10 deg"
-        motor = { kind = "prismatic", axis = [0, 1] }
-        joint = { free = [0, 1, 0] }
-        attachment_rotation = "10 deg"
-        [legs.rod]
-        precurvature_radius = "-1 m"
-        force = ["0 N/m", "-0.1 N/m"]
-        moment = "0 N"
-        """,
-    "space": """
-        format = 1
-        geometry = "space"
-        [platform]
-        kind = "body"
-        moment = ["0 N*m", "0 N*m", "0 N*m"]
-        [[legs]]
-        base = [0, 0, 0]
-        base_rotation = ["0 deg", "0 deg", "90 deg"]
-        motor = { kind = "revolute", axis = [0, 0, 1] }
-        joint = "spherical"
-        [legs.rod]
-        length = 0.5
-        bending_stiffness = [1, 2, 2]
-        strain_compliance = [1e-5, 0, 0]
-        precurvature = [0, 0, "1/m"]
-        """,
-}
-
-MISSING = object()
+from .documents import DOCUMENTS, MISSING, edited
 
 # Document, path of the edit, value put there, field that the message must name ("" for the path).
 MISTAKES: list[tuple[str, str, Any, str]] = [
@@ -168,7 +96,9 @@ MISTAKES: list[tuple[str, str, Any, str]] = [
     ("body", "legs.1.motor.axis", [0, 0], "legs[1].motor.axis"),
     ("body", "legs.1.motor.axis", [0, 1, 0], "legs[1].motor.axis"),
     ("body", "legs.1.motor.axis.0", "1 mm", "legs[1].motor.axis[0]"),
-    ("body", "legs.1.motor.ratio", 2, "legs[1].motor.ratio"),
+    ("body", "legs.1.motor.gear", 2, "legs[1].motor.gear"),
+    ("body", "legs.1.motor.ratio", 0, "legs[1].motor.ratio"),
+    ("body", "legs.1.motor.ratio", "2 mm", "legs[1].motor.ratio"),
     ("body", "legs.1.joint", "pivoted", "legs[1].joint"),
     ("body", "legs.1.joint", 3, "legs[1].joint"),
     ("body", "legs.1.joint", {}, "legs[1].joint.free"),
@@ -177,7 +107,7 @@ MISTAKES: list[tuple[str, str, Any, str]] = [
     ("body", "legs.1.joint.free", [0, 0.5, 0], "legs[1].joint.free"),
     ("body", "legs.1.joint.free", [0, "y", 0], "legs[1].joint.free"),
     ("space", "legs.0.joint", MISSING, "legs[0].joint"),
-    ("space", "legs.0.joint", "universal", "legs[0].joint"),
+    ("space", "legs.0.joint", "cardan", "legs[0].joint"),
     ("space", "legs.0.motor.axis", [0, 0], "legs[0].motor.axis"),
     # Rods.
     ("point", "legs.0.rod", MISSING, "legs[0].rod"),
@@ -231,6 +161,94 @@ MISTAKES: list[tuple[str, str, Any, str]] = [
     ("space", "legs.0.rod.strain_compliance", [0, 0], "legs[0].rod.strain_compliance"),
     ("space", "legs.0.rod.precurvature", [0, 0], "legs[0].rod.precurvature"),
     ("space", "legs.0.rod.precurvature.2", "1 m", "legs[0].rod.precurvature[2]"),
+    # The platform's weight and other loads.
+    ("motors", "platform.mass", "100 N", ""),
+    ("motors", "platform.mass", 0, ""),
+    ("motors", "environment", MISSING, "platform.mass"),
+    ("motors", "platform.mass", MISSING, "platform.center_of_mass"),
+    ("motors", "platform.center_of_mass", "10 mm", ""),
+    ("motors", "platform.center_of_mass.2", "10 N", "platform.center_of_mass[2]"),
+    ("motors", "platform.loads", [], ""),
+    ("motors", "platform.loads", {"position": [0, 0, 0], "force": [0, 0, 1]}, ""),
+    ("motors", "platform.loads.0", 1, "platform.loads[0]"),
+    ("motors", "platform.loads.0.position", MISSING, "platform.loads[0].position"),
+    ("motors", "platform.loads.0.position", [0, 0], "platform.loads[0].position"),
+    ("motors", "platform.loads.0.force", MISSING, "platform.loads[0].force"),
+    ("motors", "platform.loads.0.force.2", "1 kg", "platform.loads[0].force[2]"),
+    ("motors", "platform.loads.0.moment", [0, 0, 0], "platform.loads[0].moment"),
+    ("point", "platform.loads", [{"position": [0, 0], "force": [0, 1]}], ""),
+    ("point", "platform.center_of_mass", [0, 0], ""),
+    # Motors that move several legs.
+    ("motors", "motors", 2, ""),
+    ("motors", "motors", [], ""),
+    ("motors", "motors", [1, 2], "motors[0]"),
+    ("motors", "motors.0", [], "motors[0]"),
+    ("motors", "motors.0.1", 0, "motors[0][1]"),
+    ("motors", "motors.0.1", 6, "motors[0][1]"),
+    ("motors", "motors.0.1", True, "motors[0][1]"),
+    ("motors", "motors.0.1", 2.0, "motors[0][1]"),
+    ("motors", "motors.0.1", "2", "motors[0][1]"),
+    ("motors", "motors.0.1", 1, "motors[0][1]"),
+    ("motors", "motors.0.1", 4, "motors[0][1]"),
+    ("motors", "motors.0.1", 3, "motors[0][1]"),
+    ("motors", "motors.1.1", 2, "motors[1][1]"),
+    ("motors", "motors.1", [3], "motors"),
+    ("motors", "motors", MISSING, "home.motors"),
+    ("motors", "home.motors", [0, 0, 0, 0, 0], ""),
+    ("motors", "home.motors.0", "10 mm", "home.motors[0]"),
+    ("motors", "home.motors.1", "10 deg", "home.motors[1]"),
+    ("body", "motors", [[1, 2]], "motors[0][1]"),
+    ("space", "legs.0.motor", "none", "legs"),
+    # Motors of each kind.
+    ("motors", "legs.0.motor.ratio", 0, "legs[0].motor.ratio"),
+    ("motors", "legs.0.motor.axis", [0, 0, 0], "legs[0].motor.axis"),
+    ("motors", "legs.4.motor.axis", [1, 0, 0], "legs[4].motor.axis"),
+    ("motors", "legs.2.motor", {"kind": "feed", "axis": [1, 0, 0]}, "legs[2].motor.axis"),
+    ("motors", "legs.3.motor", {"kind": "none", "ratio": 1}, "legs[3].motor.ratio"),
+    ("motors", "legs.3.motor", "fixed", "legs[3].motor"),
+    # Passive joints at the base.
+    ("motors", "legs.0.base_joint", "cardan", "legs[0].base_joint"),
+    ("motors", "legs.0.base_joint", 1, "legs[0].base_joint"),
+    ("motors", "legs.0.base_joint.joint", MISSING, "legs[0].base_joint.joint"),
+    ("motors", "legs.0.base_joint.joint", {"free": [0] * 6}, "legs[0].base_joint.joint"),
+    ("motors", "legs.0.base_joint.free", [0] * 6, "legs[0].base_joint.joint"),
+    ("motors", "legs.0.base_joint.lever", 1, "legs[0].base_joint.lever"),
+    ("motors", "legs.0.base_joint.position", "50 mm", "legs[0].base_joint.position"),
+    ("motors", "legs.0.base_joint.position.0", "50 N", "legs[0].base_joint.position[0]"),
+    ("motors", "legs.0.base_joint.rotation", "90 deg", "legs[0].base_joint.rotation"),
+    ("motors", "legs.1.base_joint.free", [1] * 6, "legs[1].base_joint.free"),
+    ("motors", "legs.1.base_joint.free", [0, 1, 0], "legs[1].base_joint.free"),
+    (
+        "body",
+        "legs.1.base_joint",
+        {"joint": "pivot", "position": [0, 0, 0]},
+        "legs[1].base_joint.position",
+    ),
+    # Orientations in space.
+    ("motors", "legs.0.base_rotation", "90 deg", "legs[0].base_rotation"),
+    ("motors", "legs.0.base_rotation", "upright", "legs[0].base_rotation"),
+    ("motors", "legs.0.base_rotation", [0, 0], "legs[0].base_rotation"),
+    ("motors", "legs.0.base_rotation", {}, "legs[0].base_rotation.tangent"),
+    ("motors", "legs.0.base_rotation.tangent", MISSING, "legs[0].base_rotation.tangent"),
+    ("motors", "legs.0.base_rotation.tangent", [0, 0, 0], "legs[0].base_rotation.tangent"),
+    ("motors", "legs.0.base_rotation.tangent", [0, 1], "legs[0].base_rotation.tangent"),
+    ("motors", "legs.0.base_rotation.tangent.2", "1 mm", "legs[0].base_rotation.tangent[2]"),
+    ("motors", "legs.0.base_rotation.third", [0, 0, -2], "legs[0].base_rotation.third"),
+    ("motors", "legs.0.base_rotation.third", "x", "legs[0].base_rotation.third"),
+    ("motors", "legs.0.base_rotation.angle", 1, "legs[0].base_rotation.angle"),
+    ("motors", "legs.0.base_rotation.axis", [0, 0, 1], "legs[0].base_rotation.tangent"),
+    ("motors", "legs.0.base_rotation.second", [0, 1, 0], "legs[0].base_rotation.second"),
+    ("motors", "legs.2.attachment_rotation.tangent", 1, "legs[2].attachment_rotation.tangent"),
+    ("motors", "home.rotation.axis", MISSING, "home.rotation.tangent"),
+    ("motors", "home.rotation.axis", [0, 0, 0], ""),
+    ("motors", "home.rotation.angle", MISSING, ""),
+    ("motors", "home.rotation.angle", "30 mm", ""),
+    ("motors", "home.rotation.third", [1, 0, 0], ""),
+    ("body", "home.rotation", {"axis": [0, 0, 1], "angle": 1}, ""),
+    ("body", "legs.1.base_rotation", {"tangent": [0, 1]}, "legs[1].base_rotation"),
+    # Sections.
+    ("motors", "defaults.leg.rod.section.shear_factor", 0, ""),
+    ("motors", "defaults.leg.rod.section.shear_factor", "1 mm", ""),
     # Environment and uncertainty.
     ("body", "environment", 9.81, ""),
     ("body", "environment", {}, "environment.gravity"),
@@ -249,20 +267,6 @@ MISTAKES: list[tuple[str, str, Any, str]] = [
     ("point", "uncertainty.base1_x", 1e-3, ""),
     ("point", "uncertainty.f_P_x", 1e-3, ""),
 ]
-
-
-def edited(document: str, path: str, value: Any) -> dict[str, Any]:
-    """A document with one value put in, or taken out where the value is `MISSING`."""
-    root = tomllib.loads(DOCUMENTS[document])
-    *parents, last = [int(key) if key.isdigit() else key for key in path.split(".")]
-    place: Any = root
-    for key in parents:
-        place = place[key]
-    if value is MISSING:
-        del place[last]
-    else:
-        place[last] = copy.deepcopy(value)
-    return root
 
 
 @pytest.mark.parametrize("document", DOCUMENTS)
@@ -284,7 +288,9 @@ def test_mistake(document: str, path: str, value: Any, field: str) -> None:
     ("document", "path", "value", "hint"),
     [
         ("point", "legs.0.rod.lenght", 0.25, "did you mean `length`?"),
-        ("point", "legs.0.rod.joint", "pivot", "it belongs to `legs`."),
+        ("point", "legs.0.rod.joint", "pivot", "it belongs to `legs` or `base_joint`."),
+        ("point", "motor", [[1], [2]], "did you mean `motors`?"),
+        ("motors", "legs.0.base_joint", "univeral", "did you mean 'universal'?"),
         ("point", "leg", [], "did you mean `legs`?"),
         ("point", "legs.0.joint", "pivto", "did you mean 'pivot'?"),
         ("point", "uncertainty.kb1", 1e-3, "did you mean 'k_b1'?"),

@@ -8,7 +8,9 @@ import sys
 import tomllib
 from typing import Any
 
+import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from cpr_jax.errors import InputError
 from cpr_jax.robots.labels import parameter_dimension, parameter_dimensions
@@ -30,11 +32,12 @@ def one_leg(**rod: Any) -> dict[str, Any]:
     }
 
 
-def documented() -> RobotSpecification:
-    """The example of the documentation."""
+def documented() -> list[RobotSpecification]:
+    """The complete examples of the documentation: the spatial and the planar one."""
     text = (ROOT / "docs" / "robot-files.md").read_text(encoding="utf-8")
-    (block,) = re.findall(r"```toml\n(.*?)```", text, flags=re.DOTALL)
-    return parse_specification(tomllib.loads(block))
+    blocks = re.findall(r"```toml\n(.*?)```", text, flags=re.DOTALL)
+    complete = [block for block in blocks if re.search(r"^format = 1", block, flags=re.MULTILINE)]
+    return [parse_specification(tomllib.loads(block)) for block in complete]
 
 
 def test_neither_jax_nor_numpy_is_imported() -> None:
@@ -50,8 +53,9 @@ def test_examples_raise_no_suspicion(path: pathlib.Path) -> None:
 
 def test_rfrfr_example() -> None:
     robot = read_specification(ROOT / "examples" / "rfrfr.toml")
-    assert (robot.name, robot.geometry, robot.platform) == ("RFRFR", "plane", "point")
-    assert robot.force == (0.0, 1.0)
+    assert (robot.name, robot.geometry, robot.platform.kind) == ("RFRFR", "plane", "point")
+    assert robot.platform.force == (0.0, 1.0)
+    assert (robot.motors, robot.turning) == (((0,), (1,)), (True, True))
     assert [leg.base for leg in robot.legs] == [(-0.1, 0.0), (0.1, 0.0)]
     assert [leg.rod.precurvature for leg in robot.legs] == [(-1.0,), (1.0,)]
     for leg in robot.legs:
@@ -61,7 +65,7 @@ def test_rfrfr_example() -> None:
 
 
 def test_documented_example() -> None:
-    robot = documented()
+    _, robot = documented()
     assert robot.warnings == ()
     first, _, third = robot.legs
     assert first.rod.bending_stiffness is None
@@ -70,9 +74,23 @@ def test_documented_example() -> None:
     assert third.rod.mass_per_length == pytest.approx(0.024)
     assert third.rod.length == 0.245
     assert third.a == first.a == (0.02, 0.0)
-    assert (third.motor, third.joint) == ("prismatic", "clamped")
+    assert (third.motor.kind, third.joint) == ("prismatic", "clamped")
     assert robot.home is not None
     assert robot.home.motors[2] == 0.02
+
+
+def test_documented_robot_in_space() -> None:
+    """It is symmetric about z; its motors turn from outward to upward."""
+    robot, _ = documented()
+    assert robot.warnings == ()
+    assert (robot.platform.kind, robot.platform.mass) == ("body", 0.05)
+    for angle, leg in zip((0.0, 120.0, 240.0), robot.legs, strict=True):
+        about = Rotation.from_euler("z", angle, degrees=True)
+        np.testing.assert_allclose(leg.base, about.apply([0.12, 0, 0]), atol=1e-5)
+        np.testing.assert_allclose(leg.attachment, about.apply([0.06, 0, 0]), atol=1e-5)
+        axes = Rotation.from_rotvec(leg.base_rotation).apply(np.eye(3))
+        outward = about.apply([1, 0, 0])
+        np.testing.assert_allclose(axes[:2], [outward, [0, 0, 1]], atol=1e-4)
 
 
 def test_byte_order_mark_and_windows_line_ends(tmp_path: pathlib.Path) -> None:
@@ -149,6 +167,27 @@ def test_weightless_rod_under_gravity() -> None:
     (warning,) = parse_specification(mapping).warnings
     assert "`environment.gravity`" in warning
     assert "`legs[0].rod`" in warning
+
+
+@pytest.mark.parametrize(
+    ("joint", "base_joint", "spins"),
+    [
+        ("spherical", "spherical", True),
+        ("swivel", {"free": [0, 0, 0, 1, 0, 0]}, True),
+        ("spherical", "universal", False),
+        ("clamped", "swivel", False),
+        ("spherical", None, False),
+    ],
+)
+def test_leg_that_turns_about_itself(joint: Any, base_joint: Any, spins: bool) -> None:
+    mapping = one_leg(bending_stiffness=1) | {"geometry": "space", "platform": {"kind": "body"}}
+    mapping["legs"][0] |= {"base": [0, 0, 0], "joint": joint}
+    if base_joint is not None:
+        mapping["legs"][0]["base_joint"] = base_joint
+    warnings = parse_specification(mapping).warnings
+    assert len(warnings) == spins
+    if spins:
+        assert "`legs[0].base_joint` leaves the leg free to turn about itself" in warnings[0]
 
 
 def test_parameter_dimensions() -> None:

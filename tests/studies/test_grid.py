@@ -10,7 +10,7 @@ from cpr_jax.studies.grid import make_grid, out_of_reach, reaches
 @pytest.mark.parametrize("spacing", [0.002, 0.003, 0.007])
 def test_all_within_reach_is_enclosed(spacing):
     """Both legs reach 0.33 m from (∓0.1, 0): at most to y = ±0.23 and z = ±√(0.33² - 0.1²)."""
-    grid = make_grid(rfrfr(), np.zeros(2), spacing, None)
+    grid = make_grid(rfrfr(), np.zeros(4), spacing, None)
     low, high = grid.box
     assert low[0] <= -0.23 + 1e-12 and high[0] >= 0.23 - 1e-12
     assert low[0] > -0.23 - spacing and high[0] < 0.23 + spacing
@@ -21,9 +21,9 @@ def test_all_within_reach_is_enclosed(spacing):
 
 def test_a_box_is_kept_to():
     box = np.array([[-0.0105, 0.1], [0.0305, 0.2]])
-    grid = make_grid(rfrfr(), np.zeros(2), 0.01, box)
+    grid = make_grid(rfrfr(), np.zeros(4), 0.01, box)
     np.testing.assert_allclose(grid.box, [[-0.01, 0.1], [0.03, 0.2]], atol=1e-12)
-    half = make_grid(rfrfr(), np.zeros(2), 0.01, box, mirror=True)
+    half = make_grid(rfrfr(), np.zeros(4), 0.01, box, mirror=True)
     assert half.box[0, 0] == 0.0
 
 
@@ -38,5 +38,9 @@ def test_the_turn_of_a_body_counts():
         ends = np.array([y, z]) + arms @ turn.T
         ways = np.linalg.norm(ends - np.asarray(robot.legs.base_position), axis=1)
         far.append(np.any(ways > reaches(robot)))
-    np.testing.assert_array_equal(out_of_reach(robot, q_p), far)
+    targets = np.pad(q_p, ((0, 0), (3, 0)))
+    np.testing.assert_array_equal(out_of_reach(robot, targets, (3, 4, 5)), far)
     assert far == [False, True]
+    # A turn that is not imposed may be any.
+    np.testing.assert_array_equal(out_of_reach(robot, targets, (0, 3, 4)), [False, True])
+    assert not np.any(out_of_reach(robot, targets, (0, 1, 3)))
