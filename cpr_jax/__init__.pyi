@@ -15,8 +15,8 @@ from .errors import InputError as InputError
 from .geometry import PLANE as PLANE
 from .geometry import SPACE as SPACE
 from .plotting.clouds import plot_clouds as plot_clouds
-from .plotting.robot import plot_robot as plot_robot
 from .plotting.interactive import view_robot as view_robot
+from .plotting.robot import plot_robot as plot_robot
 from .plotting.space import plot_cloud_3d as plot_cloud_3d
 from .plotting.space import plot_ellipsoid_3d as plot_ellipsoid_3d
 from .plotting.space import plot_robot_3d as plot_robot_3d
@@ -34,8 +34,8 @@ from .robots.catalogue_space import stewart_gough_sliding as stewart_gough_slidi
 from .robots.catalogue_space import three_rfs as three_rfs
 from .robots.files import load_robot as load_robot
 from .robots.files import save_robot as save_robot
-from .robots.joint import Joint as Joint
 from .robots.joint import BaseJoint as BaseJoint
+from .robots.joint import Joint as Joint
 from .robots.joint import clamped as clamped
 from .robots.joint import passive as passive
 from .robots.joint import pivot as pivot

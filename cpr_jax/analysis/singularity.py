@@ -23,6 +23,9 @@ _ITERATIONS_OF_STARTS = 25
 _LONGEST = 0.2
 """Longest step along a curve, in dimensionless unknowns."""
 
+_ASIDE = 1e-4
+"""Length of the differences of Jacobians, in dimensionless unknowns."""
+
 _WIDTH = 32
 """Points that are corrected in one call."""
 
@@ -303,12 +306,19 @@ def _correct(robot, columns, held, lanes: _Lane, predicted, steps: int) -> _Lane
     units = unknown_scales(robot)
 
     def rows(z):
-        return residual(robot, unravel(robot, z * units), steps)
+        R_0 = residual(robot, unravel(robot, z * units), steps)
+        return R_0, R_0
+
+    linearise = jax.jacfwd(rows, has_aux=True)
 
     def one(lane: _Lane, predicted):
         def newton(state):
             z, left, right, _, count, _ = state
-            J, R_0 = jax.jacfwd(lambda z: (rows(z),) * 2, has_aux=True)(z)
+            # What det A does along z needs second derivatives in one direction: differences of
+            # Jacobians along the null vector known so far cost no second tangents of the rods.
+            aside = _ASIDE * (columns @ right)
+            around = jnp.stack([z, z + aside, z - aside])
+            (J, ahead, behind), (R_0, *_) = jax.vmap(linearise)(around)
             A = J @ columns
             blank = jnp.sum(jnp.abs(left)) == 0.0
             inverted, _ = inverse_with_sign(A)
@@ -324,12 +334,7 @@ def _correct(robot, columns, held, lanes: _Lane, predicted, steps: int) -> _Lane
             w = solved[-1, :-1]
             # With this orientation g has the sign of det A, and tangents one along a curve.
             flip = jnp.where(sign < 0.0, -1.0, 1.0)
-            direction = columns @ v
-
-            def along(z):
-                return w @ jax.jvp(rows, (z,), (direction,))[1]
-
-            slope = -flip * jax.grad(along)(z)
+            slope = -flip * (w @ (ahead - behind)) / (2.0 * _ASIDE)
             system = jnp.concatenate([J, held, slope[None], lane.tangent[None]])
             gap = jnp.concatenate(
                 [
@@ -345,8 +350,11 @@ def _correct(robot, columns, held, lanes: _Lane, predicted, steps: int) -> _Lane
             tangent = _unit(moved[:, 1])
             step = moved[:, 0]
             cut = jnp.minimum(1.0, 0.3 / jnp.max(jnp.abs(step)))
-            facts = (tangent, orientation)
-            return z + cut * step, _unit(w), _unit(v), norm, count + 1, facts
+            # Without null vectors there is no slope yet: the first turn is for them.
+            z = jnp.where(blank, z, z + cut * step)
+            norm = jnp.where(blank, jnp.inf, norm)
+            tangent = jnp.where(blank, lane.tangent, tangent)
+            return z, _unit(w), _unit(v), norm, count + 1, (tangent, orientation)
 
         fresh = jnp.sum(jnp.abs(lane.left)) == 0.0
         most = jnp.where(fresh, _ITERATIONS_OF_STARTS, _ITERATIONS)

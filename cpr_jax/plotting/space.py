@@ -18,7 +18,7 @@ from ..errors import InputError
 from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium
 from ..statics.shape import Shape
-from .interactive import (
+from .solids import (
     ellipsoid_surface,
     faces,
     magnified,

@@ -124,20 +124,21 @@ def three_rfr() -> Robot:
 def three_pfr() -> Robot:
     """A planar 3-PFR robot: sliders push three precurved rods to pivots of a triangular platform.
 
-    The sliders move towards the centre from a circle of 0.3 m; rods of 0.25 m with the stiffness
-    of the paper's robot end at a circle of 0.06 m of the platform, each 30 degrees further on.
+    The sliders move towards the centre from a circle of 0.275 m. Rods of 0.25 m with the
+    stiffness of the paper's robot bend to the right, with a radius of 0.5 m, to pivots on a circle
+    of 0.07 m of the platform, each 60 degrees further on: at home they are nearly at rest.
     """
     legs = []
     for angle in (-90.0, 30.0, 150.0):
-        out, on = np.deg2rad(angle), np.deg2rad(angle + 30.0)
+        out, on = np.deg2rad(angle), np.deg2rad(angle + 60.0)
         legs.append(
             make_leg(
                 PLANE,
-                (0.3 * np.cos(out), 0.3 * np.sin(out)),
-                kirchhoff_rod(PLANE, 0.25, 0.0183, 2.0),
+                (0.275 * np.cos(out), 0.275 * np.sin(out)),
+                kirchhoff_rod(PLANE, 0.25, 0.0183, -2.0),
                 base_rotation=np.array([out + np.pi]),
                 screw=prismatic_screw(PLANE),
-                attachment_position=(0.06 * np.cos(on), 0.06 * np.sin(on)),
+                attachment_position=(0.07 * np.cos(on), 0.07 * np.sin(on)),
             )
         )
     return make_robot(

@@ -9,7 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..errors import InputError
 from ..geometry import SPACE, AbstractGeometry, Numbers, namespace
+from ..rods.rod import Rod
+from .joint import BaseJoint, Joint
 from .leg import Leg
 
 
@@ -119,9 +122,9 @@ def make_robot(
     - `loads`: pairs of a point of the platform and the force there, see `PointLoads`.
     """
     if len(legs) == 0:
-        raise ValueError("Argument `legs` must hold at least one leg, but it is empty.")
+        raise InputError("Argument `legs` must hold at least one leg, but it is empty.")
     if loads and not oriented:
-        raise ValueError(
+        raise InputError(
             "Argument `loads` must be left out at a point platform, whose only force is `f_P`, but "
             f"it has {len(loads)} entries."
         )
@@ -183,81 +186,77 @@ def in_space(robot: Robot) -> Robot:
     """A planar robot embedded in the yz-plane of space.
 
     The rods get the same stiffness about all three axes. Joints of a point platform become
-    spherical; those of a body stay pivots about the normal of the plane.
+    spherical; those of a body, and passive joints at the base, keep to the normal of the plane.
     """
     # Local axes (tangent, normal in the plane, x): the cyclic rotation of the world's axes.
-    third = 2.0 * jnp.pi / 3.0 / jnp.sqrt(3.0)
-    to_plane = jnp.full((robot.n, 3), third)
+    to_plane = jnp.full((robot.n, 3), 2.0 * jnp.pi / 3.0 / jnp.sqrt(3.0))
 
     def local(vectors):
-        return jnp.concatenate([vectors, jnp.zeros((*vectors.shape[:-1], 1))], axis=-1)
+        return None if vectors is None else jnp.pad(vectors, ((0, 0), (0, 1)))
 
     def world(vectors):
-        return jnp.concatenate([jnp.zeros((*vectors.shape[:-1], 1)), vectors], axis=-1)
+        return None if vectors is None else jnp.pad(vectors, ((0, 0), (1, 0)))
+
+    def about_third(angles):
+        return jnp.pad(angles, ((0, 0), (2, 0)))
+
+    def about_x(angles):
+        return None if angles is None else jnp.pad(angles, ((0, 0), (0, 2)))
 
     def turned(angles):
-        geometry = SPACE
-        return jax.vmap(
-            lambda angle, v: jnp.stack(
-                geometry.log(geometry.compose(geometry.exp((angle[0], 0.0, 0.0)), geometry.exp(v)))
-            )
-        )(angles, to_plane)
+        def one(angle, v):
+            return jnp.stack(SPACE.log(SPACE.compose(SPACE.exp(angle), SPACE.exp(v))))
+
+        return jax.vmap(one)(about_x(angles), to_plane)
 
     def twist(values):
-        d, r = jnp.split(values, [2], axis=-1)
-        zeros = jnp.zeros((*d.shape[:-1], 1))
-        return jnp.concatenate([d, zeros, zeros, zeros, r], axis=-1)
+        return jnp.concatenate([local(values[:, :2]), about_third(values[:, 2:])], axis=-1)
 
     legs, rod = robot.legs, robot.legs.rod
-    free = twist(legs.joint.free)
+    free, attachment_rotation = twist(legs.joint.free), turned(legs.attachment_rotation)
     if not robot.oriented:
         free = free.at[:, 3:].set(1.0)
         attachment_rotation = jnp.zeros((robot.n, 3))
-    else:
-        attachment_rotation = turned(legs.attachment_rotation)
-    strain = rod.strain_compliance
+    passive, strain = legs.base_joint, rod.strain_compliance
+    if passive is not None:
+        passive = BaseJoint(
+            twist(passive.free), local(passive.position), about_third(passive.rotation)
+        )
     spatial = Leg(
         base_position=world(legs.base_position),
         base_rotation=turned(legs.base_rotation),
         screw=twist(legs.screw),
         a=local(legs.a),
-        rod=eqx.tree_at(
-            lambda r: (
-                r.curvature_compliance,
-                r.precurvature,
-                r.strain_compliance,
-                r.force,
-                r.moment,
-            ),
-            rod,
-            (
-                jnp.repeat(rod.curvature_compliance, 3, axis=-1),
-                jnp.pad(rod.precurvature, ((0, 0), (2, 0))),
-                None if strain is None else jnp.concatenate([strain, strain[:, 1:]], axis=-1),
-                None if rod.force is None else world(rod.force),
-                None if rod.moment is None else jnp.pad(rod.moment, ((0, 0), (0, 2))),
-            ),
-            is_leaf=lambda leaf: leaf is None,
+        rod=Rod(
+            length=rod.length,
+            curvature_compliance=jnp.repeat(rod.curvature_compliance, 3, axis=-1),
+            precurvature=about_third(rod.precurvature),
+            strain_compliance=None if strain is None else jnp.pad(strain, ((0, 0), (0, 1)), "edge"),
+            force=world(rod.force),
+            moment=about_x(rod.moment),
         ),
         b=local(legs.b),
-        joint=eqx.tree_at(lambda joint: joint.free, legs.joint, free),
+        joint=Joint(free, legs.joint.lever),
         attachment_position=world(legs.attachment_position),
         attachment_rotation=attachment_rotation,
         feed=legs.feed,
+        stroke=local(legs.stroke),
+        base_joint=passive,
     )
-    home = robot.home
+    home, loads = robot.home, robot.loads
     if home is not None:
         position, angle = home.q_p[:2], home.q_p[2:]
-        pose = jnp.concatenate([world(position), jnp.pad(angle, (0, 2 * len(angle)))])
+        pose = jnp.concatenate([jnp.pad(position, (1, 0)), jnp.pad(angle, (0, 2 * len(angle)))])
         home = Home(home.q_a, pose)
     return Robot(
         geometry=SPACE,
         legs=spatial,
         oriented=robot.oriented,
-        f_P=world(robot.f_P),
+        f_P=jnp.pad(robot.f_P, (1, 0)),
         m_P=jnp.pad(robot.m_P, (0, 2)),
         transmission=robot.transmission,
         home=home,
         uncertainty=robot.uncertainty,
         name=f"{robot.name} in space",
+        loads=None if loads is None else PointLoads(world(loads.position), world(loads.force)),
     )

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import cpr_jax as cpr
-from cpr_jax.plotting.interactive import robot_solids, view_robot
+from cpr_jax.plotting.interactive import view_robot
+from cpr_jax.plotting.solids import robot_solids
 from cpr_jax.robots.catalogue_space import three_rfs
 
 pytest.importorskip("plotly")

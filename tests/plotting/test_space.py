@@ -9,7 +9,7 @@ import pytest
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 import cpr_jax as cpr
-from cpr_jax.plotting.interactive import ellipsoid_surface, faces, outline, robot_solids
+from cpr_jax.plotting.solids import ellipsoid_surface, faces, outline, robot_solids
 from cpr_jax.plotting.space import _lit, _Plate, plot_cloud_3d, plot_ellipsoid_3d, plot_robot_3d
 from cpr_jax.plotting.style import BLUE, VERMILION
 from cpr_jax.robots.catalogue_space import three_rfs
