@@ -20,6 +20,9 @@ from ..statics.unknowns import scales, unravel
 _SOFTENING = 1e-11
 """Flexibility added in units of `scales(robot)`: a straight rod has none along its axis."""
 
+_HOLD = 1e-7
+"""Stiffness against free motions of a base joint, where their number is to be told only."""
+
 
 class Stability(eqx.Module):
     """The second variation of the total potential energy at an equilibrium, motors held.
@@ -85,17 +88,23 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[S
         pieces, nodes, tip = _pieces(geometry, leg, q, mu, steps)
         both = jnp.concatenate([pose, wrench])
         pieces = pieces / both[:, None] * both[d:]
-        begin = jnp.concatenate([jnp.zeros((mu.size, mu.size)), jnp.eye(mu.size)])
         index, carried = _free_end_index(geometry, pieces)
-        if leg.base_joint is not None:
-            begin, added = _released_base(geometry, leg, q, mu, both, carried)
+        eye = jnp.eye(mu.size)
+        if leg.base_joint is None:
+            begin = jnp.concatenate([jnp.zeros((mu.size, mu.size)), eye])
+            flexibility = _flexibility(*_tip_tangents(geometry, pieces, begin))
+            K = inverse_with_sign(flexibility + _SOFTENING * eye)[0]
+        else:
+            begin, slides, added = _released_base(geometry, leg, q, mu, both, carried)
             index = index + added
-        flexibility = _tip_flexibility(geometry, pieces, begin) + _SOFTENING * jnp.eye(mu.size)
-        clamped = index - negative_eigenvalues(flexibility)
+            poses, wrenches = _tip_tangents(geometry, pieces, begin)
+            K = wrenches @ inverse_with_sign(poses + _SOFTENING * wrenches)[0]
+            held = _tip_tangents(geometry, pieces, begin + _HOLD * slides)
+            flexibility = _flexibility(*held)
+        clamped = index - negative_eigenvalues(flexibility + _SOFTENING * eye)
 
         # Two terms of the series in what was added undo it where the rod is not straight. With
         # both, no eigenvalue changes its sign.
-        K = inverse_with_sign(flexibility)[0]
         added = _SOFTENING * K
         K = (K + (K + K @ added) @ added) * wrench[:, None] / pose
         b = jnp.stack(geometry.rotate(tip.rotation, leg.b))
@@ -200,8 +209,8 @@ def _released_base(geometry: AbstractGeometry, leg: Leg, q, mu, units, carried):
 
     - `carried`: stiffness of the rod, its tip under dead loads, against turns of its base.
 
-    **Returns:** tangents `∂(p, φ, n, m)(0)` in the joint's unknowns, and the number of negative
-    directions among its free motions.
+    **Returns:** tangents `∂(p, φ, n, m)(0)` in the joint's unknowns; wrenches that would resist its
+    free motions with a stiffness of one; the number of negative directions among these motions.
     """
     d, f = geometry.d, geometry.freedoms
     joint = leg.base_joint
@@ -224,8 +233,7 @@ def _released_base(geometry: AbstractGeometry, leg: Leg, q, mu, units, carried):
     carrier = geometry.compose(geometry.exp(leg.base_rotation), geometry.exp(leg.screw[d:] * q))
     outer = geometry.compose(carrier, geometry.exp(joint.rotation))
     Q = _axes(geometry, released, outer, here.rotation)
-    # A slide that nothing resists would leave the tip without a stiffness.
-    tangents = tangents.at[f:].add(_SOFTENING * Q * free)
+    slides = jnp.zeros_like(tangents).at[f:].set(Q * free)
 
     arm = here.position - here.joint
     moment = here_moment + jnp.stack(geometry.cross(arm, here_force))
@@ -234,7 +242,7 @@ def _released_base(geometry: AbstractGeometry, leg: Leg, q, mu, units, carried):
     axes = Q[d:, d:]
     K = axes.T @ K @ axes - _bent(geometry, released, Q, moment) / scale
     inner = released[:, None] * K * released + jnp.diag(1.0 - released)
-    return tangents, negative_eigenvalues(inner)
+    return tangents, slides, negative_eigenvalues(inner)
 
 
 def _bent(geometry: AbstractGeometry, released, axes, moment) -> Float[Array, "r r"]:
@@ -248,8 +256,8 @@ def _bent(geometry: AbstractGeometry, released, axes, moment) -> Float[Array, "r
     return product + product.T
 
 
-def _tip_flexibility(geometry: AbstractGeometry, pieces, begin):
-    """`∂(p, φ)(l)/∂(n, m)(l)` of a rod whose base has the tangents `begin`."""
+def _tip_tangents(geometry: AbstractGeometry, pieces, begin):
+    """Tangents of `(p, φ)(l)` and of `(n, m)(l)` of a rod whose base has the tangents `begin`."""
     d, f = geometry.d, geometry.freedoms
 
     def forward(tangent, piece):
@@ -257,7 +265,12 @@ def _tip_flexibility(geometry: AbstractGeometry, pieces, begin):
         return moved.at[:d].add(tangent[:d]), None
 
     tip = jax.lax.scan(forward, begin, pieces)[0]
-    flexibility = tip[:f] @ inverse_with_sign(tip[f:])[0]
+    return tip[:f], tip[f:]
+
+
+def _flexibility(poses, wrenches):
+    """`∂(p, φ)/∂(n, m)` from the tangents of both."""
+    flexibility = poses @ inverse_with_sign(wrenches)[0]
     return 0.5 * (flexibility + flexibility.T)
 
 

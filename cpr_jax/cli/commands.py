@@ -1,44 +1,25 @@
 """The commands that compute."""
 
-import json
-import os
 import pathlib
 import sys
+from collections.abc import Iterator
 
-import jax
 import numpy as np
 
-from ..analysis.ellipsoid import ellipsoid
+from ..analysis.ellipsoid import Ellipsoid, ellipsoid, linear_coverage
+from ..analysis.sensitivity import Sensitivity
 from ..analysis.sensitivity import sensitivity as analyse
-from ..plain import plain
-from ..programs import use_cache
-from ..robots import catalogue
-from ..robots.files import robot_from_specification
-from ..robots.names import CatalogueEntry
 from ..robots.robot import Robot
-from ..robots.specification import RobotSpecification
-from ..statics.equilibrium import Equilibrium, solve_forward, solve_inverse
-from ..statics.status import Status
+from ..statics.equilibrium import Equilibrium
 from ..statics.unknowns import unknown_labels, unknown_units
 from .inputs import Request
-
-
-class NoSolution(Exception):
-    """A solve without a solution; the message says why."""
-
-
-def start_jax() -> None:
-    """float64, and compiled programs kept between runs (`CPR_JAX_CACHE`, empty for none)."""
-    jax.config.update("jax_enable_x64", True)
-    folder = os.environ.get("CPR_JAX_CACHE")
-    if folder != "":
-        use_cache(folder)
+from .session import describe, print_json, solve_request, start_jax
 
 
 def solve(request: Request, as_json: bool) -> int:
     """Prints one equilibrium."""
-    robot, equilibrium = _equilibrium(request, as_json)
-    answer = _describe(equilibrium)
+    robot, equilibrium = solve_request(request, as_json)
+    answer = describe(robot, equilibrium)
     if as_json:
         print_json(answer)
         return 0
@@ -47,44 +28,47 @@ def solve(request: Request, as_json: bool) -> int:
     print(f"branch: {equilibrium.branch}{_bows(robot, equilibrium)}")
     for label, unit, value in zip(labels, units, np.asarray(equilibrium.y), strict=True):
         print(f"  {label:<10} {value: .9g} {unit}")
+    for line in _base_wrenches(robot, equilibrium):
+        print(line)
     for i, torque in enumerate(np.asarray(equilibrium.motor_torques)):
         print(f"  tau{i + 1:<7} {torque: .9g} {'N m' if units[i] == 'rad' else 'N'}")
-    print(f"  {'sigma_t1':<10} {answer['sigma_t1']:.3e}" if answer["sigma_t1"] else "")
-    print(f"  {'sigma_t2':<10} {answer['sigma_t2']:.3e}")
+    for name in ("sigma_t1", "sigma_t2"):
+        if answer[name] is not None:
+            print(f"  {name:<10} {answer[name]:.3e}")
     return 0
 
 
 def sensitivity(request: Request, hold: str, as_json: bool) -> int:
-    """Prints Π_p, the kernel and the ellipsoid of the end-effector."""
-    robot, equilibrium = _equilibrium(request, as_json)
+    """Prints Π_p, the kernel and the ellipsoids of the end-effector."""
+    robot, equilibrium = solve_request(request, as_json)
     result = analyse(robot, equilibrium, request.parameters, request.delta, hold)
-    ellipse = ellipsoid(result)
     if as_json:
         print_json(
             {
-                **_describe(equilibrium),
+                **describe(robot, equilibrium),
                 "hold": hold,
                 "parameters": result.columns,
                 "parameter_units": result.column_units,
                 "delta": result.delta,
                 "states": result.rows,
+                "state_units": unknown_units(robot),
                 "Pi_y": result.Pi_y,
                 "Pi_p": result.Pi_p,
-                "kernel": ellipse.kernel,
-                "semi_axes": ellipse.semi_axes,
-                "directions": ellipse.directions,
+                "Pi_turn": result.Pi_turn,
+                **_ellipsoids(robot, result),
                 "tube_radius": result.tube_radius,
                 "platform_stiffness": result.platform_stiffness,
             }
         )
         return 0
-    print(f"{robot.name} at {np.asarray(equilibrium.q_p)}, {hold} held")
-    print("Pi_p (rows: " + ", ".join(ellipse.labels) + ")")
-    for j, (label, unit) in enumerate(zip(result.columns, result.column_units, strict=True)):
-        column = "  ".join(f"{value: .6e}" for value in np.asarray(result.Pi_p[:, j]))
-        print(f"  {label:<8} {column}  m per {unit}")
-    for axis, direction in zip(ellipse.semi_axes, np.asarray(ellipse.directions), strict=True):
-        print(f"semi-axis {1e3 * float(axis):9.4f} mm along {np.round(direction, 4)}")
+    # Zero rather than what rounding leaves of it; neither nanometres nor nanoradians matter here.
+    place = np.round(np.asarray(equilibrium.q_p), 9) + 0.0
+    print(f"{robot.name} at {place}, {hold} held")
+    _print_columns("Pi_p", ellipsoid(result).labels, result, result.Pi_p, "m")
+    if robot.oriented:
+        turn = ellipsoid(result, "turn_P")
+        _print_columns("Pi_turn", turn.labels, result, result.Pi_turn, "rad")
+    _print_ellipsoids(robot, result)
     return 0
 
 
@@ -98,11 +82,11 @@ def monte_carlo(
     resume: bool,
     as_json: bool,
 ) -> int:
-    """Samples the parameters and prints the coverage of the ellipsoid."""
+    """Samples the parameters and prints the coverage of the ellipsoid of the position."""
     from ..studies.monte_carlo import monte_carlo as sample
     from ..studies.results import samples_dataset, save_dataset
 
-    robot, equilibrium = _equilibrium(request, as_json)
+    robot, equilibrium = solve_request(request, as_json)
     result = sample(
         robot,
         equilibrium,
@@ -121,11 +105,13 @@ def monte_carlo(
         units = unknown_units(robot)[n_a : n_a + robot.n_p]
         save_dataset(samples_dataset([result], ["point"], units), out)
         pathlib.Path(f"{out}.parts").rmdir()
+    expected = _linear_coverage(result.ellipsoid) if distribution == "gaussian" else None
     if as_json:
         print_json(
             {
                 "coverage": result.coverage,
                 "coverage_interval": result.coverage_interval,
+                "linear_coverage": expected,
                 "solved": result.solved,
                 "lost": result.lost,
                 "failed": result.failed,
@@ -134,16 +120,18 @@ def monte_carlo(
                 "seed": seed,
                 "distribution": distribution,
                 "parameters": result.sensitivity.columns,
-                "semi_axes": result.ellipsoid.semi_axes,
+                **_ellipsoids(robot, result.sensitivity),
                 "mean": result.mean,
                 "covariance": result.covariance,
             }
         )
         return 0
     low, high = result.coverage_interval
-    print(f"coverage {result.coverage:.2%} (95 % interval {low:.2%} to {high:.2%})")
+    linear = "" if expected is None else f", linear theory {expected:.2%}"
+    print(f"coverage {result.coverage:.2%} (95 % interval {low:.2%} to {high:.2%}{linear})")
     print(f"{result.samples} samples: {result.solved} solved, {result.lost} lost beyond a ")
     print(f"singularity, {result.failed} without an answer; {result.followed} followed closely")
+    _print_ellipsoids(robot, result.sensitivity)
     return 0
 
 
@@ -165,47 +153,6 @@ def paper(out: str, samples: int, seed: int, as_json: bool) -> int:
     return 0
 
 
-def load(entry: CatalogueEntry | RobotSpecification) -> Robot:
-    """The robot that a request names."""
-    if isinstance(entry, CatalogueEntry):
-        return getattr(catalogue, entry.function)()
-    return robot_from_specification(entry)
-
-
-def _equilibrium(request: Request, as_json: bool) -> tuple[Robot, Equilibrium]:
-    start_jax()
-    robot = load(request.robot)
-    if request.point is not None:
-        equilibrium = solve_inverse(robot, request.point, throw=False)
-    else:
-        assert request.motors is not None
-        equilibrium = solve_forward(robot, request.motors, throw=False)
-    status = Status(int(equilibrium.status))
-    if status is not Status.SOLVED:
-        if as_json:
-            print_json({**_describe(equilibrium), "message": status.message})
-        raise NoSolution(f"{robot.name}: {status.message}.")
-    return robot, equilibrium
-
-
-def _describe(equilibrium: Equilibrium) -> dict:
-    measures = equilibrium.measures
-    return {
-        "status": Status(int(equilibrium.status)).name.lower(),
-        "residual": plain(equilibrium.residual),
-        "q_a": equilibrium.q_a,
-        "q_p": equilibrium.q_p,
-        "base_wrenches": equilibrium.base_wrenches,
-        "motor_torques": equilibrium.motor_torques,
-        "energy": plain(measures.energy),
-        "sigma_t1": plain(measures.sigma_t1),
-        "sigma_t2": plain(measures.sigma_t2),
-        "condition": plain(measures.condition),
-        "branch": equilibrium.branch,
-        "bows": measures.bows,
-    }
-
-
 def _bows(robot: Robot, equilibrium: Equilibrium) -> str:
     if robot.geometry.d != 2:
         return ""
@@ -213,6 +160,54 @@ def _bows(robot: Robot, equilibrium: Equilibrium) -> str:
     return f", seen from their bases the rods bow {', '.join(sides)}"
 
 
-def print_json(value: object) -> None:
-    """One JSON object on standard output."""
-    print(json.dumps(plain(value)))
+def _base_wrenches(robot: Robot, equilibrium: Equilibrium) -> Iterator[str]:
+    """Lines for a robot with passive joints at the base, whose unknowns are not its wrenches."""
+    if robot.legs.base_joint is None:
+        return
+    geometry = robot.geometry
+    names = [f"n_{axis}" for axis in geometry.axes]
+    names += [f"m_{axis}" for axis in geometry.rotation_axes]
+    units = ["N"] * geometry.d + ["N m"] * geometry.r
+    for i, wrench in enumerate(np.asarray(equilibrium.base_wrenches), start=1):
+        for name, value, unit in zip(names, wrench, units, strict=True):
+            label = f"{name[0]}{i}{name[1:]}"
+            yield f"  {label:<10} {value: .9g} {unit} at the base of rod {i}"
+
+
+def _ellipsoids(robot: Robot, result: Sensitivity) -> dict:
+    """The ellipsoid of the position, and of the orientation of a body, as JSON."""
+
+    def described(ellipse: Ellipsoid, unit: str) -> dict:
+        return {
+            "rows": ellipse.labels,
+            "kernel": ellipse.kernel,
+            "semi_axes": ellipse.semi_axes,
+            "semi_axes_unit": unit,
+            "directions": ellipse.directions,
+        }
+
+    orientation = described(ellipsoid(result, "turn_P"), "rad") if robot.oriented else None
+    return {**described(ellipsoid(result), "m"), "orientation": orientation}
+
+
+def _print_columns(name: str, rows, result: Sensitivity, matrix, unit: str) -> None:
+    print(f"{name} (rows: {', '.join(rows)})")
+    columns = zip(result.columns, result.column_units, np.asarray(matrix).T, strict=True)
+    for label, per, values in columns:
+        column = "  ".join(f"{value: .6e}" for value in values)
+        print(f"  {label:<8} {column}  {unit} per {per}")
+
+
+def _print_ellipsoids(robot: Robot, result: Sensitivity) -> None:
+    shown = [(ellipsoid(result), "semi-axis", "mm along")]
+    if robot.oriented:
+        shown.append((ellipsoid(result, "turn_P"), "turn", "mrad about"))
+    for ellipse, name, unit in shown:
+        for axis, direction in zip(ellipse.semi_axes, np.asarray(ellipse.directions), strict=True):
+            print(f"{name:<9} {1e3 * float(axis):9.4f} {unit} {np.round(direction, 4)}")
+
+
+def _linear_coverage(ellipse: Ellipsoid) -> float:
+    """What linear theory has inside; in a direction without uncertainty everything is."""
+    axes = np.asarray(ellipse.semi_axes)
+    return linear_coverage(int(np.sum(axes > 1e-12 * axes[0])))

@@ -5,11 +5,12 @@ import dataclasses
 import os
 
 from ..errors import InputError
-from ..robots.labels import AXES, ROTATION_AXES, parameter_dimension
+from ..robots.labels import parameter_dimension
 from ..robots.names import CATALOGUE, CatalogueEntry
 from ..robots.reading import read_specification
 from ..robots.specification import RobotSpecification
-from ..robots.units import ANGLE, LENGTH, MOMENT, Dimension, Sign, parse_quantity
+from ..robots.units import Dimension, Sign, parse_quantity
+from .coordinates import Coordinates, coordinates_of
 
 
 @dataclasses.dataclass(frozen=True)
@@ -20,12 +21,14 @@ class Request:
 
     - `robot`: an entry of the catalogue, or what a robot file says.
     - `point`, `motors`: one of them, SI units.
+    - `imposed`: names of the coordinates of `point`, or `None` for all of the platform's.
     - `parameters`, `delta`: labels and half ranges, or `None`.
     """
 
     robot: CatalogueEntry | RobotSpecification
     point: tuple[float, ...] | None
     motors: tuple[float, ...] | None
+    imposed: tuple[str, ...] | None
     parameters: tuple[str, ...] | None
     delta: dict[str, float] | None
 
@@ -33,60 +36,37 @@ class Request:
 def check(arguments: argparse.Namespace) -> Request:
     """Checks the arguments that name a robot, a configuration and parameters."""
     robot = _robot(arguments.robot)
-    geometry, platform, motors = _freedoms(robot)
-    legs = len(robot.legs) if isinstance(robot, RobotSpecification) else len(motors)
-    coordinates = [LENGTH] * len(AXES[geometry])
-    if platform == "body":
-        coordinates += [ANGLE] * len(ROTATION_AXES[geometry])
+    coordinates = coordinates_of(robot)
+    geometry, legs = coordinates.geometry, coordinates.legs
+    imposed = _imposed(arguments, coordinates)
     names = getattr(arguments, "parameters", None)
     for label in names or ():
         if "[" not in label:
             parameter_dimension(label, geometry, legs, "--parameters")
+    if getattr(arguments, "hold", None) == "platform" and not coordinates.square:
+        raise InputError(
+            f"Argument `--hold` must be motors, since {len(coordinates.motors)} motors cannot "
+            f"hold {len(coordinates.platform)} platform coordinates, but it is platform."
+        )
+    point = coordinates.dimensions(imposed or tuple(coordinates.platform))
+    motors = list(coordinates.motors.values())
     return Request(
         robot=robot,
-        point=_numbers("--point", arguments.point, coordinates),
-        motors=_numbers("--motors", arguments.motors, motors),
+        point=None if arguments.point is None else numbers("--point", arguments.point, point),
+        motors=None if arguments.motors is None else numbers("--motors", arguments.motors, motors),
+        imposed=imposed,
         parameters=None if names is None else tuple(names),
         delta=_half_ranges(getattr(arguments, "delta", None), geometry, legs),
     )
 
 
-@dataclasses.dataclass(frozen=True)
-class MapRequest:
-    """The options of a workspace map, SI units."""
-
-    out: str
-    spacing: float | None
-    refine: int
-    box: tuple[tuple[float, float], tuple[float, float]] | None
-    max_torque: float | None
-    max_moment: float | None
-    resume: bool
-
-
-def check_map(arguments: argparse.Namespace) -> MapRequest:
-    """Checks the arguments of a workspace map."""
-
-    def quantity(name: str, text: str | None, dimension: Dimension) -> float | None:
-        if text is None:
-            return None
-        return parse_quantity(_number_or_text(text), dimension, name, Sign.POSITIVE)
-
-    box = None
-    if arguments.box is not None:
-        a, b, c, d = (
-            parse_quantity(_number_or_text(text), LENGTH, "--box") for text in arguments.box
-        )
-        box = ((a, b), (c, d))
-    return MapRequest(
-        out=arguments.out,
-        spacing=quantity("--spacing", arguments.spacing, LENGTH),
-        box=box,
-        refine=positive_integer("--refine", arguments.refine, least=0),
-        max_torque=quantity("--max-torque", arguments.max_torque, MOMENT),
-        max_moment=quantity("--max-moment", arguments.max_moment, MOMENT),
-        resume=arguments.resume,
-    )
+def _imposed(arguments: argparse.Namespace, coordinates: Coordinates) -> tuple[str, ...] | None:
+    """What the motors impose: of a map everywhere, otherwise with `--point` only."""
+    if arguments.command == "workspace" or arguments.point is not None:
+        return coordinates.imposed(arguments.imposed)
+    if arguments.imposed is not None:
+        raise InputError("Argument `--imposed` must come with `--point`, but there is none.")
+    return None
 
 
 def positive_integer(name: str, text: str, least: int = 1) -> int:
@@ -102,6 +82,13 @@ def positive_integer(name: str, text: str, least: int = 1) -> int:
     return int(number)
 
 
+def figure_file(name: str, text: str) -> str:
+    """The name of a file for a figure."""
+    if not text.endswith((".png", ".pdf")):
+        raise InputError(f"Argument `{name}` must be FILE.png or FILE.pdf, but it is {text!r}.")
+    return text
+
+
 def _robot(name: str) -> CatalogueEntry | RobotSpecification:
     if name in CATALOGUE:
         return CATALOGUE[name]
@@ -113,28 +100,29 @@ def _robot(name: str) -> CatalogueEntry | RobotSpecification:
     )
 
 
-def _freedoms(robot: CatalogueEntry | RobotSpecification) -> tuple[str, str, list[Dimension]]:
-    if isinstance(robot, CatalogueEntry):
-        return "plane", robot.platform, [ANGLE] * robot.motors
-    motors = [ANGLE if turns else LENGTH for turns in robot.turning]
-    return robot.geometry, robot.platform.kind, motors
-
-
-def _numbers(
-    name: str, texts: list[str] | None, dimensions: list[Dimension]
-) -> tuple[float, ...] | None:
-    if texts is None:
-        return None
+def numbers(
+    name: str, texts: list[str], dimensions: list[Dimension], sign: Sign = Sign.ANY
+) -> tuple[float, ...]:
+    """As many quantities as there are dimensions, in SI units."""
     if len(texts) != len(dimensions):
         nouns = ", ".join(dimension.noun for dimension in dimensions)
+        count = "1 number" if len(dimensions) == 1 else f"{len(dimensions)} numbers"
         raise InputError(
-            f"Argument `{name}` must be {len(dimensions)} numbers ({nouns}), but there are "
-            f"{len(texts)}."
+            f"Argument `{name}` must be {count} ({nouns}), but there are {len(texts)}."
         )
     return tuple(
-        parse_quantity(_number_or_text(text), dimension, name)
+        quantity(name, text, dimension, sign)
         for text, dimension in zip(texts, dimensions, strict=True)
     )
+
+
+def quantity(name: str, text: str, dimension: Dimension, sign: Sign = Sign.ANY) -> float:
+    """A quantity in SI units; a bare number is in them already."""
+    try:
+        value: float | str = float(text)
+    except ValueError:
+        value = text.strip()
+    return parse_quantity(value, dimension, name, sign)
 
 
 def _half_ranges(texts: list[str] | None, geometry: str, legs: int) -> dict[str, float] | None:
@@ -152,12 +140,5 @@ def _half_ranges(texts: list[str] | None, geometry: str, legs: int) -> dict[str,
             dimension = Dimension("number", ("1",), "0.1")
         else:
             dimension = parameter_dimension(label, geometry, legs, "--delta")
-        delta[label] = parse_quantity(_number_or_text(value), dimension, field, Sign.POSITIVE)
+        delta[label] = quantity(field, value, dimension, Sign.POSITIVE)
     return delta
-
-
-def _number_or_text(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text.strip()

@@ -12,14 +12,18 @@ from ..robots.specification import RobotSpecification
 
 
 def robots(as_json: bool) -> int:
-    """Prints the catalogue."""
+    """Prints the catalogue, robots of the plane before those of space."""
     if as_json:
         print(json.dumps({name: dataclasses.asdict(entry) for name, entry in CATALOGUE.items()}))
         return 0
     width = max(map(len, CATALOGUE))
-    for entry in CATALOGUE.values():
-        print(f"{entry.name:{width}}  {entry.title}")
-        print(f"{'':{width}}  {entry.motors} motors, {entry.platform} platform; {entry.source}")
+    for geometry in ("plane", "space"):
+        print(f"{geometry}:")
+        for entry in CATALOGUE.values():
+            if entry.geometry == geometry:
+                motors = f"{len(entry.motors)} {entry.motors[0]} motors"
+                print(f"  {entry.name:{width}}  {entry.title}")
+                print(f"  {'':{width}}  {motors}, {entry.platform} platform; {entry.source}")
     return 0
 
 

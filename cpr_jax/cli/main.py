@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Sequence
 
 from ..errors import InputError
-from . import inputs
+from . import inputs, map_inputs
 from .parser import build_parser
 
 EXIT_INPUT = 2
@@ -29,7 +29,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     except OSError as error:
         # What is read has messages of its own; what is left is what a command writes.
         place, reason = error.filename, error.strerror or str(error)
-        _complain(f"Argument `--out` must be a place to write to, but {place!r} is not: {reason}.")
+        option = "--figure" if arguments.command == "robots" else "--out"
+        _complain(
+            f"Argument `{option}` must be a place to write to, but {place!r} is not: {reason}."
+        )
         return EXIT_INPUT
     except KeyboardInterrupt:
         _complain("interrupted")
@@ -38,9 +41,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(arguments) -> int:
     if arguments.command == "robots":
-        from . import listing
-
-        return listing.robots(arguments.json)
+        return _robots(arguments)
     if arguments.command == "validate":
         return _validate(arguments)
     if arguments.command == "paper":
@@ -57,8 +58,8 @@ def _run(arguments) -> int:
             raise InputError("Argument `--resume` must come with `--out`, but there is none.")
         seed = inputs.positive_integer("--seed", arguments.seed, least=0)
     if arguments.command == "workspace":
-        options = inputs.check_map(arguments)
-    from . import commands
+        options = map_inputs.check_map(arguments, request)
+    from . import commands, session
 
     try:
         if arguments.command == "workspace":
@@ -79,7 +80,22 @@ def _run(arguments) -> int:
             arguments.resume,
             arguments.json,
         )
-    except commands.NoSolution as failure:
+    except session.NoSolution as failure:
+        _complain(str(failure))
+        return EXIT_NO_SOLUTION
+
+
+def _robots(arguments) -> int:
+    if arguments.figure is None:
+        from . import listing
+
+        return listing.robots(arguments.json)
+    file = inputs.figure_file("--figure", arguments.figure)
+    from . import gallery, session
+
+    try:
+        return gallery.draw_robots(file, arguments.json)
+    except session.NoSolution as failure:
         _complain(str(failure))
         return EXIT_NO_SOLUTION
 

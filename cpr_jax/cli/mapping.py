@@ -15,8 +15,9 @@ from ..statics.equilibrium import Equilibrium, solve_forward, solve_inverse
 from ..statics.status import SolveError, Status
 from ..studies.limits import Limits
 from ..studies.workspace import workspace_map
-from .commands import NoSolution, load, print_json, start_jax
-from .inputs import MapRequest, Request
+from .inputs import Request
+from .map_inputs import MapRequest
+from .session import NoSolution, load, print_json, start_jax
 
 
 def workspace(request: Request, options: MapRequest, as_json: bool) -> int:
@@ -29,9 +30,11 @@ def workspace(request: Request, options: MapRequest, as_json: bool) -> int:
         dataset = workspace_map(
             robot,
             _seed(robot, request),
-            spacing=options.spacing,
+            spacing=_spacing(options.spacing),
             refine=options.refine,
             box=options.box,
+            axes=options.axes,
+            imposed=request.imposed,
             parameters=request.parameters,
             delta=request.delta,
             limits=Limits(torque=options.max_torque, moment=options.max_moment),
@@ -51,7 +54,7 @@ def workspace(request: Request, options: MapRequest, as_json: bool) -> int:
     for name, count in answer["status"].items():
         print(f"  {name:<14} {count}")
     low, high = answer["semi_axis_max"]
-    print(f"longer semi-axis {1e3 * low:.3g} to {1e3 * high:.3g} mm, {answer['stable']} stable")
+    print(f"largest semi-axis {1e3 * low:.3g} to {1e3 * high:.3g} mm, {answer['stable']} stable")
     print(f"map.nc and figures are in {out}")
     return 0
 
@@ -60,6 +63,7 @@ def describe(dataset: xr.Dataset) -> dict[str, Any]:
     """How many cells of a map ended how, and the range of its sensitivity."""
     status, index = dataset["status"].values, dataset["index"].values
     axes = dataset["semi_axis_max"].values
+    names = [str(name) for name in dataset["status"].dims]
     counts = {s.name.lower(): int(np.sum(status == s)) for s in Status}
     return {
         "cells": status.size,
@@ -68,13 +72,20 @@ def describe(dataset: xr.Dataset) -> dict[str, Any]:
         "stable": int(np.sum(index == 0)),
         "seam": int(dataset["seam"].sum()),
         "semi_axis_max": [float(np.nanmin(axes)), float(np.nanmax(axes))],
-        "spacing": [float(np.diff(dataset[str(n)])[0]) for n in dataset["status"].dims],
+        "semi_axis_unit": "m",
+        "axes": names,
+        "axis_units": [dataset[name].attrs["units"] for name in names],
+        "spacing": [float(np.diff(dataset[name])[0]) for name in names],
     }
+
+
+def _spacing(given: tuple[float, ...] | None) -> float | tuple[float, ...] | None:
+    return given[0] if given is not None and len(given) == 1 else given
 
 
 def _seed(robot: Robot, request: Request) -> Equilibrium | None:
     if request.point is not None:
-        return solve_inverse(robot, request.point)
+        return solve_inverse(robot, request.point, imposed=request.imposed)
     if request.motors is not None:
         return solve_forward(robot, request.motors)
     return None

@@ -80,10 +80,20 @@ def build_parser() -> argparse.ArgumentParser:
         "--point", nargs="+", metavar="Q", help="start at these platform coordinates"
     )
     where.add_argument("--motors", nargs="+", metavar="Q", help="start at these motor positions")
+    _add_imposed(mapping)
     _add_parameters(mapping)
     mapping.add_argument("--out", default="workspace", metavar="DIR", help="default: workspace")
     mapping.add_argument(
-        "--spacing", metavar="H", help="of the grid (default: a hundredth of the rods' length)"
+        "--axes",
+        metavar="NAME,NAME",
+        help="platform coordinates that vary, such as x,y or z,phi_P_x (default: y,z)",
+    )
+    mapping.add_argument(
+        "--spacing",
+        nargs="+",
+        metavar="H",
+        help="of the grid, along both axes or along each (default: a hundredth of the rods' "
+        "length, or of a radian)",
     )
     mapping.add_argument(
         "--refine",
@@ -98,7 +108,7 @@ def build_parser() -> argparse.ArgumentParser:
         help="lower and upper corner (default: all within reach, half of it if symmetric)",
     )
     mapping.add_argument(
-        "--max-torque", metavar="T", help="mark cells where a motor needs more (N m)"
+        "--max-torque", metavar="T", help="mark cells where a motor needs more (N m or N)"
     )
     mapping.add_argument(
         "--max-moment", metavar="M", help="mark cells where a rod carries more (N m)"
@@ -114,7 +124,10 @@ def build_parser() -> argparse.ArgumentParser:
     what.add_argument("--schema", action="store_true", help="print the JSON Schema of robot files")
     check.add_argument("--json", action="store_true", help="print a list of JSON objects")
 
-    robots = add("robots", "list the catalogue")
+    robots = add("robots", "list the catalogue, or draw it")
+    robots.add_argument(
+        "--figure", metavar="FILE", help="draw every robot at its home: FILE.png or FILE.pdf"
+    )
     robots.add_argument("--json", action="store_true", help="print one JSON object")
     return parser
 
@@ -126,10 +139,21 @@ def _add_robot(parser: argparse.ArgumentParser) -> None:
         "--point",
         nargs="+",
         metavar="Q",
-        help="platform coordinates: position, then the rotation of a body",
+        help="platform coordinates: position, then the rotation vector of a body; or those of "
+        "--imposed",
     )
     where.add_argument("--motors", nargs="+", metavar="Q", help="motor positions")
+    _add_imposed(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def _add_imposed(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--imposed",
+        metavar="NAME,...",
+        help="coordinates that the motors impose, as many as motors, such as x,y,z or y,phi_P_x,q3 "
+        "(default: those of the platform)",
+    )
 
 
 def _add_parameters(parser: argparse.ArgumentParser) -> None:

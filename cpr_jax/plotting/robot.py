@@ -1,5 +1,7 @@
 """A planar robot at an equilibrium."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
@@ -7,8 +9,12 @@ from matplotlib.patches import Polygon
 from ..errors import InputError
 from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium
-from ..statics.shape import Shape, shape
+from ..statics.shape import Shape
+from .solids import solved_shape
 from .style import BLACK, BLUE, GREY, VERMILION
+
+_MOTOR, _JOINT = 7.0, 5.0
+"""Sizes of markers, points."""
 
 
 def plot_robot(
@@ -20,7 +26,9 @@ def plot_robot(
     alpha: float = 1.0,
     unit: float = 1e3,
 ) -> Shape:
-    """Draws rods, rigid segments, motors and platform of a planar robot.
+    """Draws rods, rigid segments, motors, joints and platform of a planar robot.
+
+    Motors that turn are round, others square; a grey line is the way that a slider has gone.
 
     **Arguments:**
 
@@ -31,25 +39,40 @@ def plot_robot(
     """
     if robot.geometry.d != 2:
         raise InputError("Argument `robot` must be planar to be drawn here, but it is spatial.")
-    drawn = shape(robot, equilibrium)
+    drawn = solved_shape(robot, equilibrium)
     rods = np.asarray(drawn.rods.position) * unit
-    motors, joints = np.asarray(drawn.motors) * unit, np.asarray(drawn.joints) * unit
-    for rod, motor, joint in zip(rods, motors, joints, strict=True):
-        for start, end in ((motor, rod[0]), (rod[-1], joint)):
-            ax.plot(
-                *zip(start, end, strict=True),
-                color=BLACK,
-                lw=2.4,
-                alpha=alpha,
-                solid_capstyle="round",
-            )
+    bases, motors, pivots, joints = (
+        np.asarray(places) * unit
+        for places in (robot.legs.base_position, drawn.motors, drawn.pivots, drawn.joints)
+    )
+    turning = np.any(np.asarray(robot.legs.screw)[:, 2:], axis=1)
+    base_joint = robot.legs.base_joint
+    passive = np.zeros(robot.n, bool)
+    if base_joint is not None:
+        passive = np.any(np.asarray(base_joint.free), axis=1)
+
+    def bar(start, end) -> None:
+        ends = np.stack([start, end])
+        ax.plot(*ends.T, color=BLACK, lw=2.4, alpha=alpha, solid_capstyle="round")
+
+    def ring(place, marker: str, size: float, edge: float, order: int) -> None:
+        look: Any = {"mfc": "white", "mec": BLACK, "mew": edge, "alpha": alpha, "zorder": order}
+        ax.plot(*place, marker, ms=size, **look)
+
+    for i, rod in enumerate(rods):
+        ax.plot(*np.stack([bases[i], motors[i]]).T, color=GREY, lw=1.0, alpha=alpha, zorder=1)
+        bar(motors[i], pivots[i])
+        bar(pivots[i], rod[0])
+        bar(rod[-1], joints[i])
         ax.plot(*rod.T, color=color, lw=1.6, alpha=alpha, zorder=2)
-        ax.plot(*motor, "o", ms=7, mfc="white", mec=BLACK, mew=1.2, alpha=alpha, zorder=3)
-        ax.plot(*motor, ".", ms=3, color=BLACK, alpha=alpha, zorder=4)
+        ring(motors[i], "o" if turning[i] else "s", _MOTOR, 1.2, 3)
+        ax.plot(*motors[i], ".", ms=3, color=BLACK, alpha=alpha, zorder=4)
+        if passive[i]:
+            ring(pivots[i], "o", _JOINT, 1.0, 5)
     if robot.oriented:
         ax.add_patch(Polygon(joints, closed=True, fc=GREY, ec=BLACK, alpha=0.35 * alpha, zorder=1))
     for joint in joints:
-        ax.plot(*joint, "o", ms=5, mfc="white", mec=BLACK, mew=1.0, alpha=alpha, zorder=5)
+        ring(joint, "o", _JOINT, 1.0, 5)
     end_effector = np.asarray(equilibrium.q_p)[:2] * unit
     ax.plot(*end_effector, "o", ms=3, color=VERMILION, alpha=alpha, zorder=6)
     ax.set_aspect("equal")

@@ -2,7 +2,7 @@
 
 import functools
 import pathlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -48,9 +48,11 @@ def journal_style() -> Iterator[None]:
         yield
 
 
-def save_figure(figure: Figure, stem: str | pathlib.Path) -> list[pathlib.Path]:
-    """Writes a figure as PDF and as PNG and closes it."""
-    paths = [pathlib.Path(f"{stem}.{ending}") for ending in ("pdf", "png")]
+def save_figure(
+    figure: Figure, stem: str | pathlib.Path, endings: Sequence[str] = ("pdf", "png")
+) -> list[pathlib.Path]:
+    """Writes a figure, by default as PDF and as PNG, and closes it."""
+    paths = [pathlib.Path(f"{stem}.{ending}") for ending in endings]
     for path in paths:
         # The temporary file's name does not tell the format.
         save = functools.partial(figure.savefig, format=path.suffix.removeprefix("."))

@@ -17,6 +17,8 @@ from .style import BLACK, GREY, ORANGE, PAGE, VERMILION
 
 _LOGARITHMIC = ("semi_axis_max", "semi_axis_min", "ellipse_area", "sigma_t1", "sigma_t2")
 _LENGTHS = ("semi_axis_max", "semi_axis_min")
+_DRAWN = {"m": (1e3, "mm"), "rad": (180.0 / np.pi, "°")}
+"""By SI unit: the factor to the unit in which a coordinate is drawn, and the name of that."""
 
 
 def plot_map(
@@ -32,22 +34,21 @@ def plot_map(
 ) -> Axes:
     """A variable of a workspace map in colours, with the singular lines and unstable zones.
 
-    Lengths are shown in mm. Every cell has one colour: nothing is interpolated. Cells within
-    reach but without an equilibrium are hatched.
+    Lengths are shown in mm, angles in degrees. Every cell has one colour: nothing is
+    interpolated. Cells within reach but without an equilibrium are hatched.
 
     **Arguments:**
 
     - `dataset`: of `workspace_map`.
     - `variable`: one with the two coordinates as dimensions.
-    - `robot`: draws its base.
+    - `robot`: draws its motors, if the map is of the plane of a planar robot.
     - `lines`, `unstable`: draw `t1_line` and `t2_line`; hatch cells that are not stable.
     - `mesh`: for `matplotlib`'s `pcolormesh`, such as `norm` or `cmap`.
     """
     if ax is None:
         ax = plt.subplots()[1]
-    first, second = (str(name) for name in dataset["status"].dims)
-    factor = [1e3 if dataset[name].attrs["units"] == "m" else 1.0 for name in (first, second)]
-    x, z = (f * dataset[name].values for f, name in zip(factor, (first, second), strict=True))
+    names, factors = _axes(dataset)
+    x, z = (f * dataset[name].values for f, name in zip(factors, names, strict=True))
     data = dataset[variable]
     values = data.values.astype(float) * (1e3 if variable in _LENGTHS else 1.0)
     solved = dataset["index"].values >= 0
@@ -67,13 +68,15 @@ def plot_map(
     if lines:
         for name, colour in (("t1_line", BLACK), ("t2_line", VERMILION)):
             for curve in dataset[name].values:
-                ax.plot(*(curve * factor).T, color=colour, lw=1.1, zorder=4)
-    if robot is not None and robot.geometry.d == 2:
-        motors = np.asarray(robot.legs.base_position) * factor
+                ax.plot(*(curve * factors).T, color=colour, lw=1.1, zorder=4)
+    if robot is not None and _of_the_plane(dataset, robot):
+        places = [robot.geometry.axes.index(name) for name in names]
+        motors = np.asarray(robot.legs.base_position)[:, places] * factors
         ax.plot(*motors.T, "o", ms=5, mfc="white", mec=BLACK, mew=1.2, zorder=6)
-    ax.set_aspect("equal")
-    ax.set_xlabel(_axis_label(dataset, first))
-    ax.set_ylabel(_axis_label(dataset, second))
+    # Lengths and angles have no common scale.
+    ax.set_aspect("equal" if factors[0] == factors[1] else "auto")
+    ax.set_xlabel(_axis_label(dataset, names[0]))
+    ax.set_ylabel(_axis_label(dataset, names[1]))
     if colorbar:
         unit = "mm" if variable in _LENGTHS else data.attrs.get("units", "1")
         text = re.sub(r"\bA_([pq])\b", r"$\\mathbf{A}_\1$", data.attrs.get("long_name", variable))
@@ -83,25 +86,30 @@ def plot_map(
 
 
 def plot_ellipses(dataset: xr.Dataset, points: np.ndarray, ax: Axes, scale: float = 1.0) -> None:
-    """The uncertainty ellipses of a planar map at the cells nearest to points (m)."""
-    first, second = (str(name) for name in dataset["status"].dims)
+    """Uncertainty ellipses at the cells of a map that are nearest to points.
+
+    They are the ellipsoids of the platform's coordinates, projected on the plane of the map: what
+    its two coordinates can be, whatever the others are.
+
+    **Arguments:**
+
+    - `points`: in the coordinates of the map, m or rad, shape `(k, 2)`.
+    - `scale`: magnification of the ellipses about their centres.
+    """
+    names, factors = _axes(dataset)
+    labels = [str(label).removeprefix("p_P_") for label in dataset["coordinate"].values]
+    rows = [labels.index(name) for name in names]
     for point in points:
-        cell = dataset.sel({first: point[0], second: point[1]}, method="nearest")
-        direction = cell["direction"].values
-        if not np.all(np.isfinite(direction)):
+        cell = dataset.sel(dict(zip(names, point, strict=True)), method="nearest")
+        spread = cell["Pi_p"].values[rows] * cell["delta"].values * factors[:, None]
+        if not np.all(np.isfinite(spread)):
             continue
-        ax.add_patch(
-            Ellipse(
-                (1e3 * float(cell[first]), 1e3 * float(cell[second])),
-                2e3 * scale * float(cell["semi_axis_max"]),
-                2e3 * scale * float(cell["semi_axis_min"]),
-                angle=float(np.rad2deg(np.arctan2(direction[1], direction[0]))),
-                fc=ORANGE,
-                ec=BLACK,
-                lw=0.5,
-                zorder=5,
-            )
-        )
+        directions, semi_axes, _ = np.linalg.svd(spread, full_matrices=False)
+        width, height = 2.0 * scale * np.pad(semi_axes, (0, 2 - len(semi_axes)))
+        center = factors * [float(cell[name]) for name in names]
+        angle = float(np.rad2deg(np.arctan2(directions[1, 0], directions[0, 0])))
+        look: Any = {"fc": ORANGE, "ec": BLACK, "lw": 0.5, "zorder": 5}
+        ax.add_patch(Ellipse((center[0], center[1]), width, height, angle=angle, **look))
 
 
 def figure_3(dataset: xr.Dataset, robot: Robot, points: np.ndarray) -> Figure:
@@ -116,12 +124,12 @@ def figure_of_map(dataset: xr.Dataset, robot: Robot) -> Figure:
     """Two panels: the larger semi-axis, and σ_min of A_p with the unstable zones."""
     solved = dataset["index"].values >= 0
     rows, columns = np.nonzero(solved)
-    names = [str(name) for name in dataset["status"].dims]
-    factor = [1e3 if dataset[name].attrs["units"] == "m" else 1.0 for name in names]
-    first, second = (f * dataset[name].values for f, name in zip(factor, names, strict=True))
+    names, factors = _axes(dataset)
+    first, second = (f * dataset[name].values for f, name in zip(factors, names, strict=True))
     spans = [first[rows.max()] - first[rows.min()], second[columns.max()] - second[columns.min()]]
-    height = np.clip(0.36 * PAGE * spans[1] / spans[0], 2.2, 4.6) + 1.6
-    width = np.clip(2.0 * (height - 1.6) * spans[0] / spans[1] + 2.4, 0.75 * PAGE, PAGE)
+    ratio = spans[1] / spans[0] if factors[0] == factors[1] else 1.0
+    height = np.clip(0.36 * PAGE * ratio, 2.2, 4.6) + 1.6
+    width = np.clip(2.0 * (height - 1.6) / ratio + 2.4, 0.75 * PAGE, PAGE)
     figure, axes = plt.subplots(1, 2, figsize=(width, height), sharey=True)
     plot_map(dataset, "semi_axis_max", axes[0], robot=robot, unstable=False)
     plot_map(dataset, "sigma_t2", axes[1], robot=robot, cmap="cividis")
@@ -129,7 +137,8 @@ def figure_of_map(dataset: xr.Dataset, robot: Robot) -> Figure:
     axes[1].set_title("(b) distance to the loss of stiffness")
     axes[1].set_ylabel("")
     for ax in axes:
-        margins = [0.03 * max(spans)] * 2
+        equal = factors[0] == factors[1]
+        margins = [0.03 * (max(spans) if equal else span) for span in spans]
         ax.set_xlim(first[rows.min()] - margins[0], first[rows.max()] + margins[0])
         ax.set_ylim(second[columns.min()] - margins[1], second[columns.max()] + margins[1])
     handles = [
@@ -137,8 +146,10 @@ def figure_of_map(dataset: xr.Dataset, robot: Robot) -> Figure:
         plt.Line2D([], [], color=BLACK, lw=1.4, label="Type 1"),
         Patch(fc="white", ec=GREY, hatch="xxxxx", label="beyond a fold", lw=0.0),
         Patch(fc="#414d6b", ec="white", hatch="////", label="unstable", lw=0.0),
-        plt.Line2D([], [], ls="", marker="o", mfc="white", mec=BLACK, label="motor"),
     ]
+    if _of_the_plane(dataset, robot):
+        motor: Any = {"ls": "", "marker": "o", "mfc": "white", "mec": BLACK, "label": "motor"}
+        handles.append(plt.Line2D([], [], **motor))
     figure.legend(handles=handles, loc="outside lower center", ncols=5, frameon=False)
     return figure
 
@@ -154,6 +165,18 @@ def _hatch(ax: Axes, x, z, where, pattern: str, colour: str) -> None:
         drawn.set_linewidth(0.0)
 
 
+def _axes(dataset: xr.Dataset) -> tuple[list[str], np.ndarray]:
+    """Names of the two coordinates, and factors to the units in which they are drawn."""
+    names = [str(name) for name in dataset["status"].dims]
+    return names, np.array([_DRAWN[dataset[name].attrs["units"]][0] for name in names])
+
+
+def _of_the_plane(dataset: xr.Dataset, robot: Robot) -> bool:
+    """Whether a map shows the plane in which the robot lies."""
+    return robot.geometry.d == 2 and set(dataset["status"].dims) == set(robot.geometry.axes)
+
+
 def _axis_label(dataset: xr.Dataset, name: str) -> str:
-    unit = "mm" if dataset[name].attrs["units"] == "m" else dataset[name].attrs["units"]
-    return f"{name} ({unit})"
+    unit = _DRAWN[dataset[name].attrs["units"]][1]
+    axis = name.removeprefix("phi_P_")
+    return f"{name} ({unit})" if axis == name else rf"$\varphi_{axis}$ ({unit})"

@@ -33,9 +33,6 @@ class CatalogueEntry:
         return tuple(kind == "revolute" for kind in self.motors)
 
 
-_PAPER = "Sensitivity Analysis of a RFRFR Continuum Parallel Robot, Table 1"
-
-
 CATALOGUE = {
     entry.name: entry
     for entry in (
@@ -44,7 +41,7 @@ CATALOGUE = {
             "catalogue",
             "rfrfr",
             "RFRFR with precurved rods and rigid segments",
-            _PAPER,
+            "Sensitivity Analysis of a RFRFR Continuum Parallel Robot, Table 1",
             "plane",
             "point",
             ("revolute",) * 2,

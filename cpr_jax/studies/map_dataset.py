@@ -53,6 +53,7 @@ def map_dataset(
     n_a = robot.n_a
     labels, units = unknown_labels(robot), unknown_units(robot)
     over = grid.names
+    axis_units = [units[axis] for axis in grid.axes]
     cells, solved = found.cells, found.solved
     motor_unit = units[0] if len(set(units[:n_a])) == 1 else "rad or m"
     torque_unit = {"rad": "N m", "m": "N"}.get(motor_unit, "N m or N")
@@ -124,7 +125,7 @@ def map_dataset(
         ),
         "q_a": entry(cells.q_a, motor_unit, "motor positions", "motor"),
         "q_p": entry(cells.q_p, "m, rad", "platform coordinates", "coordinate"),
-        "mu": entry(cells.mu, "N, N m", "wrenches at the bases of the rods", "leg", "wrench"),
+        "mu": entry(cells.mu, "SI", "unknowns of the legs: base wrenches", "leg", "wrench"),
         "motor_torque": entry(cells.motor_torques, torque_unit, "motor torques", "motor"),
         "energy": entry(cells.energy, "J", "total potential energy"),
         "bow": entry(cells.bows, "1", "which way and how far each rod bows", "leg"),
@@ -140,7 +141,8 @@ def map_dataset(
     for name, curves in lines.items():
         kind = "Type 1" if name == "t1_line" else "Type 2"
         text = f"{kind} singularities of the branch"
-        variables[name] = (("curve", "point", "axis"), curves, {"units": "m", "long_name": text})
+        curve_units = {"units": axis_units[0] if len(set(axis_units)) == 1 else "m or rad"}
+        variables[name] = (("curve", "point", "axis"), curves, curve_units | {"long_name": text})
     longest = max([len(c) for curves in lines.values() for c in curves] or [0])
     most = max(len(curves) for curves in lines.values())
     for name, curves in lines.items():
@@ -149,7 +151,6 @@ def map_dataset(
             padded[k, : len(curve)] = curve
         dims, _, attributes = variables[name]
         variables[name] = (dims, padded, attributes)
-    axis_units = [units[axis] for axis in grid.axes]
     held = {labels[k]: float(grid.held[k]) for k in imposed if k not in grid.axes}
     coordinates = {
         name: (name, values, {"units": unit, "long_name": f"platform coordinate {name}"})

@@ -9,16 +9,19 @@ from ..statics.problem import inverse_rows
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales, unravel
 from .creeping import creep
+from .grid import Grid
 
 
-def is_mirror_symmetric(robot: Robot, seed: Equilibrium, steps: int) -> bool:
+def is_mirror_symmetric(robot: Robot, seed: Equilibrium, grid: Grid, steps: int) -> bool:
     """Whether the branch of an equilibrium is the mirror image of itself about the axis y = 0.
 
     Judged by what the robot does rather than by how it is described: the branch is followed to
     two mirrored points, where the base wrenches of the legs must be mirror images, pair by pair.
-    Only planar robots with a point as platform are looked at; others count as not symmetric.
+    Only maps over (y, z) of planar robots with a point as platform are looked at; others count as
+    not symmetric.
     """
-    if robot.geometry.d != 2 or robot.oriented:
+    # A platform whose coordinates are the axes of the map is a point of the plane.
+    if grid.names != ("y", "z") or robot.n_p != 2 or robot.n_a != 2:
         return False
     units = np.asarray(unknown_scales(robot))
     aside = 0.05 * float(jnp.mean(robot.legs.rod.length))

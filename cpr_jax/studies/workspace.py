@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 from tqdm import tqdm
 
 from ..analysis.parameters import Selection, ranges, select
-from ..errors import InputError, check_integer
+from ..errors import InputError, check_integer, shown
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium, solve_inverse
@@ -128,7 +128,7 @@ def workspace_map(
             seed = solve_inverse(robot, begin[list(places)], imposed=imposed, steps=steps)
         ahead.wait("follow")
         if symmetry is None:
-            symmetry = box is None and is_mirror_symmetric(robot, seed, coarse(steps))
+            symmetry = box is None and is_mirror_symmetric(robot, seed, grid, coarse(steps))
         begin = np.concatenate([seed.q_a, seed.q_p])
         grid = make_grid(robot, begin, spacing, corners, axes, symmetry, refine)
         configuration = _configuration(

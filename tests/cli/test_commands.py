@@ -3,25 +3,16 @@
 import json
 import pathlib
 
+import matplotlib.image
 import numpy as np
 import pytest
 import xarray as xr
 
-from cpr_jax.cli import main
+from cpr_jax.robots.names import CATALOGUE
+from tests.cli.common import run
 
 CASES = json.loads((pathlib.Path(__file__).parents[1] / "reference_cases.json").read_text())
 EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
-
-
-@pytest.fixture(autouse=True)
-def no_user_cache(monkeypatch):
-    monkeypatch.setenv("CPR_JAX_CACHE", "")
-
-
-def run(capsys, *argv):
-    code = main(list(argv))
-    out, err = capsys.readouterr()
-    return code, out, err
 
 
 def test_solve_inverse_is_the_reference_case(capsys):
@@ -102,8 +93,28 @@ def test_unreachable_point_is_exit_code_3(capsys):
 def test_robots(capsys):
     code, out, _ = run(capsys, "robots", "--json")
     assert code == 0
-    assert set(json.loads(out)) == {"rfrfr", "rfrfr-straight", "three-rfr"}
-    assert run(capsys, "robots")[1].count("motors") == 3
+    listed = json.loads(out)
+    assert listed.keys() == CATALOGUE.keys()
+    assert listed["stewart-gough"]["motors"] == ["feed"] * 6
+    plane, space = run(capsys, "robots")[1].split("space:\n")
+    assert plane.startswith("plane:\n")
+    for name, entry in listed.items():
+        assert f"  {name} " in (plane if entry["geometry"] == "plane" else space)
+    assert "6 feed motors, body platform; Till" in space
+
+
+def test_figure_of_robots(capsys, tmp_path, monkeypatch):
+    """One file; a figure whose robots are those of the catalogue, here of two of them."""
+    two = {name: CATALOGUE[name] for name in ("rfrfr", "three-rfs")}
+    monkeypatch.setattr("cpr_jax.cli.gallery.CATALOGUE", two)
+    target = tmp_path / "new" / "robots.png"
+    code, out, _ = run(capsys, "robots", "--figure", str(target), "--json")
+    assert (code, json.loads(out)) == (0, {"robots": list(two), "files": [str(target)]})
+    assert [path.name for path in target.parent.iterdir()] == ["robots.png"]
+    pixels = matplotlib.image.imread(target)
+    assert pixels.shape[1] == pytest.approx(300 * 7.16, abs=2)
+    upper, lower = np.array_split(pixels[..., :3], 2)
+    assert upper.std() > 0.05 and lower.std() > 0.05
 
 
 def test_workspace(capsys, tmp_path):
@@ -125,6 +136,18 @@ def test_workspace(capsys, tmp_path):
         assert float(dataset["semi_axis_max"].max()) == high
     code, again, _ = run(capsys, *argv, "--resume")
     assert (code, again) == (0, printed)
+
+
+def test_workspace_over_a_length_and_an_angle(capsys, tmp_path):
+    out = str(tmp_path / "map")
+    argv = ["workspace", "three-rfr", "--axes", "z,phi_P_x", "--spacing", "20mm", "5deg"]
+    argv += ["--box", "-20mm", "-5deg", "20mm", "5deg", "--out", out, "--json"]
+    code, printed, _ = run(capsys, *argv)
+    assert code == 0
+    answer = json.loads(printed)
+    assert (answer["axes"], answer["axis_units"]) == (["z", "phi_P_x"], ["m", "rad"])
+    assert answer["spacing"] == pytest.approx([0.02, np.deg2rad(5.0)])
+    assert answer["solved"] == answer["cells"] == 9
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import pytest
 
 from cpr_jax.cli import main
 from cpr_jax.robots.schema import schema_text
+from tests.cli.common import run
 
 EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
 
@@ -42,11 +43,6 @@ def files(tmp_path, monkeypatch):
     ):
         (tmp_path / f"{name}.toml").write_text(text, encoding="utf-8")
     return ["good.toml", "soft.toml", "bad.toml"]
-
-
-def run(capsys, *argv):
-    code = main(list(argv))
-    return code, *capsys.readouterr()
 
 
 def test_one_line_for_a_good_file(capsys, files):

@@ -1,6 +1,7 @@
 """The robots that papers name, and how robots are put together."""
 
 import dataclasses
+import importlib
 import json
 import pathlib
 
@@ -9,16 +10,20 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from cpr_jax.analysis.stability import stability
+from cpr_jax.errors import InputError
 from cpr_jax.geometry import PLANE, SPACE
-from cpr_jax.robots.catalogue import rfrfr, rfrfr_straight, three_rfr
+from cpr_jax.robots.catalogue import rfrfr, rfrfr_straight, three_pfr, three_rfr
 from cpr_jax.robots.joint import clamped, pivot, slider, spherical
 from cpr_jax.robots.leg import make_leg, prismatic_screw, revolute_screw
+from cpr_jax.robots.names import CATALOGUE
 from cpr_jax.robots.robot import in_space, make_robot
 from cpr_jax.rods.rod import kirchhoff_rod
 from cpr_jax.statics.equilibrium import solve_forward, solve_inverse
+from cpr_jax.statics.unknowns import unknown_units
 
 CASES = json.loads((pathlib.Path(__file__).parents[1] / "reference_cases.json").read_text())
-MAKERS = [rfrfr, rfrfr_straight, three_rfr]
+MAKERS = [rfrfr, rfrfr_straight, three_rfr, three_pfr]
 
 
 def test_table_1():
@@ -100,6 +105,45 @@ def test_the_3_rfr_is_symmetric_but_for_its_load():
     np.testing.assert_allclose(solved.mu[:, 2], solved.mu[0, 2], rtol=0, atol=1e-9)
 
 
+def test_the_3_pfr_is_stable_at_home_and_far_from_singularities():
+    """Its rods are nearly at rest there; turned by 120°, each leg takes the place of the next."""
+    robot = three_pfr()
+    forward = solve_forward(robot, robot.home.q_a)
+    np.testing.assert_allclose(forward.q_p, robot.home.q_p, rtol=0, atol=2e-3)
+    assert int(stability(robot, forward).index) == 0
+    assert float(forward.measures.sigma_t2) > 0.1
+    assert np.max(np.abs(forward.mu[:, 2])) < 0.2 * 0.0183 * 2.0
+    inverse = solve_inverse(robot, robot.home.q_p)
+    np.testing.assert_allclose(inverse.q_a, robot.home.q_a, rtol=0, atol=1e-3)
+    third = 2.0 * np.pi / 3.0
+    turn = np.array([[np.cos(third), -np.sin(third)], [np.sin(third), np.cos(third)]])
+    for place in (robot.legs.base_position, robot.legs.attachment_position):
+        np.testing.assert_allclose(place @ turn.T, np.roll(place, -1, axis=0), rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("entry", CATALOGUE.values(), ids=lambda entry: entry.name)
+def test_the_table_of_contents_is_what_the_functions_make(entry):
+    module = importlib.import_module(f"cpr_jax.robots.{entry.module}")
+    robot = getattr(module, entry.function)()
+    assert CATALOGUE[entry.name] is entry
+    assert robot.geometry.name == entry.geometry
+    assert robot.oriented == (entry.platform == "body")
+    # Each leg has its motor, which does one thing and nothing else.
+    np.testing.assert_array_equal(robot.transmission, np.eye(len(entry.motors)))
+    slide, turn = np.split(np.asarray(robot.legs.screw), [robot.geometry.d], axis=1)
+    feed = np.zeros(robot.n) if robot.legs.feed is None else np.asarray(robot.legs.feed)
+    assert robot.legs.stroke is None
+    moves = {
+        "prismatic": np.any(slide, axis=1),
+        "revolute": np.any(turn, axis=1),
+        "feed": feed != 0.0,
+    }
+    for kind, does in moves.items():
+        assert [kind == motor for motor in entry.motors] == does.tolist()
+    units = unknown_units(robot)[: robot.n_a]
+    assert units == tuple("rad" if turns else "m" for turns in entry.turning)
+
+
 def test_leg_of_a_robot():
     robot = three_rfr()
     leg = robot.leg(1)
@@ -145,8 +189,14 @@ def test_an_effect_of_one_leg_is_a_zero_for_the_others():
 
 
 def test_a_robot_needs_legs():
-    with pytest.raises(ValueError, match="`legs` must"):
+    with pytest.raises(InputError, match="`legs` must"):
         make_robot(PLANE, [], oriented=False)
+
+
+def test_a_point_carries_one_force():
+    leg = make_leg(PLANE, (0.1, 0.0), kirchhoff_rod(PLANE, 1.0, 1.0))
+    with pytest.raises(InputError, match="`loads` must"):
+        make_robot(PLANE, [leg], oriented=False, loads=[((0.0, 0.0), (0.0, 1.0))])
 
 
 def test_every_number_of_a_robot_is_a_leaf():

@@ -1,0 +1,83 @@
+"""What the commands that compute share: JAX, robots, equilibria, JSON."""
+
+import importlib
+import json
+import os
+
+import jax
+
+from ..plain import plain
+from ..programs import use_cache
+from ..robots.files import robot_from_specification
+from ..robots.names import CatalogueEntry
+from ..robots.robot import Robot
+from ..robots.specification import RobotSpecification
+from ..statics.equilibrium import Equilibrium, solve_forward, solve_inverse
+from ..statics.status import Status
+from ..statics.unknowns import unknown_units
+from .inputs import Request
+
+
+class NoSolution(Exception):
+    """A solve without a solution; the message says why."""
+
+
+def start_jax() -> None:
+    """float64, and compiled programs kept between runs (`CPR_JAX_CACHE`, empty for none)."""
+    jax.config.update("jax_enable_x64", True)
+    folder = os.environ.get("CPR_JAX_CACHE")
+    if folder != "":
+        use_cache(folder)
+
+
+def load(entry: CatalogueEntry | RobotSpecification) -> Robot:
+    """The robot that a request names."""
+    if isinstance(entry, CatalogueEntry):
+        module = importlib.import_module(f"..robots.{entry.module}", __package__)
+        return getattr(module, entry.function)()
+    return robot_from_specification(entry)
+
+
+def solve_request(request: Request, as_json: bool) -> tuple[Robot, Equilibrium]:
+    """The equilibrium that a request asks for.
+
+    **Raises:** `NoSolution`, with the status printed as JSON if that is asked for.
+    """
+    start_jax()
+    robot = load(request.robot)
+    if request.point is not None:
+        equilibrium = solve_inverse(robot, request.point, imposed=request.imposed, throw=False)
+    else:
+        assert request.motors is not None
+        equilibrium = solve_forward(robot, request.motors, throw=False)
+    status = Status(int(equilibrium.status))
+    if status is not Status.SOLVED:
+        if as_json:
+            print_json({**describe(robot, equilibrium), "message": status.message})
+        raise NoSolution(f"{robot.name}: {status.message}.")
+    return robot, equilibrium
+
+
+def describe(robot: Robot, equilibrium: Equilibrium) -> dict:
+    """An equilibrium as JSON: SI units, world axes."""
+    measures = equilibrium.measures
+    return {
+        "status": Status(int(equilibrium.status)).name.lower(),
+        "residual": plain(equilibrium.residual),
+        "q_a": equilibrium.q_a,
+        "motor_units": unknown_units(robot)[: robot.n_a],
+        "q_p": equilibrium.q_p,
+        "base_wrenches": equilibrium.base_wrenches,
+        "motor_torques": equilibrium.motor_torques,
+        "energy": plain(measures.energy),
+        "sigma_t1": plain(measures.sigma_t1),
+        "sigma_t2": plain(measures.sigma_t2),
+        "condition": plain(measures.condition),
+        "branch": equilibrium.branch,
+        "bows": measures.bows,
+    }
+
+
+def print_json(value: object) -> None:
+    """One JSON object on standard output."""
+    print(json.dumps(plain(value)))
