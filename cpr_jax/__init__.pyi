@@ -1,6 +1,8 @@
 from .analysis.ellipsoid import Ellipsoid as Ellipsoid
 from .analysis.ellipsoid import ellipsoid as ellipsoid
 from .analysis.ellipsoid import linear_coverage as linear_coverage
+from .analysis.mobility import Mobility as Mobility
+from .analysis.mobility import mobility as mobility
 from .analysis.sensitivity import Hold as Hold
 from .analysis.sensitivity import LegSensitivity as LegSensitivity
 from .analysis.sensitivity import Sensitivity as Sensitivity

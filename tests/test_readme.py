@@ -8,8 +8,10 @@ import subprocess
 import sys
 
 import jax
+import numpy as np
 import pytest
 
+import cpr_jax
 from cpr_jax.cli import main
 
 ROOT = pathlib.Path(__file__).parents[1]
@@ -36,6 +38,22 @@ def test_python_block():
     assert axes == pytest.approx([5.50e-3, 1.41e-3], rel=5e-3)
     coverage = float(printed[2].split()[0])
     assert coverage == pytest.approx(0.975, abs=0.005)
+
+
+def test_python_block_in_space(capsys):
+    exec(block("python-space"), {"cpr": cpr_jax})
+    lines = [np.array(line.strip("[]").split(), float) for line in _arrays(capsys)]
+    lengths, position, orientation, pose = lines
+    # The pose is its own mirror image, and so are the legs.
+    np.testing.assert_allclose(lengths, lengths[[1, 0, 5, 4, 3, 2]], rtol=0, atol=1e-7)
+    np.testing.assert_allclose(1e3 * position, (1.71, 1.62, 0.21), rtol=0, atol=0.01)
+    np.testing.assert_allclose(1e3 * orientation, (13.6, 3.6, 3.5), rtol=0, atol=0.05)
+    np.testing.assert_allclose(pose[:3], (0.005, 0.0, 0.28), rtol=0, atol=1e-8)
+
+
+def _arrays(capsys) -> list[str]:
+    """Printed arrays, each as one line."""
+    return capsys.readouterr().out.replace("\n ", " ").splitlines()
 
 
 @pytest.mark.parametrize("line", block("cli").strip().splitlines())

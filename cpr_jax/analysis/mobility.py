@@ -1,0 +1,70 @@
+"""How the platform answers to its motors and to loads at an equilibrium."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..programs import program
+from ..robots.robot import Robot
+from ..rods.integration import DEFAULT_STEPS
+from ..statics.equilibrium import Equilibrium
+from ..statics.linear import inverse, row_axes
+from ..statics.residual import residual
+from ..statics.unknowns import scales, unknown_scales, unravel
+from .sensitivity import turn_jacobian
+
+
+class Mobility(eqx.Module):
+    """First-order answers of the platform, the robot staying in equilibrium (SI units).
+
+    Motions are translations of `p_P`, m, then for a body small rotations about the world axes,
+    rad; loads are forces, N, then moments about `p_P`, N·m.
+
+    **Attributes:**
+
+    - `jacobian`: motion per motion of the motors, shape `(n_p, n_a)`.
+    - `compliance`: motion per load, the motors held, shape `(n_p, n_p)`.
+    - `manipulability`: `√det(J Jᵀ)` of the rows of the position, `d` of them.
+    - `condition`: smallest over largest singular value of these rows; 1 where the motors move the
+        position alike in all directions, 0 where they cannot move it in one.
+    """
+
+    jacobian: Float[Array, "n_p n_a"]
+    compliance: Float[Array, "n_p n_p"]
+    manipulability: Float[Array, ""]
+    condition: Float[Array, ""]
+
+    @property
+    def stiffness(self) -> Float[Array, "n_p n_p"]:
+        """Load per motion, the motors held: the inverse of `compliance`."""
+        return jnp.linalg.inv(self.compliance)
+
+
+def mobility(robot: Robot, equilibrium: Equilibrium, steps: int = DEFAULT_STEPS) -> Mobility:
+    """The platform's motion per motor and per load at an equilibrium."""
+    return _mobility(robot, equilibrium.y, steps)
+
+
+@program
+def _mobility(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Mobility:
+    units = unknown_scales(robot)
+    n_a, n_p, d = robot.n_a, robot.n_p, robot.geometry.d
+
+    def rows(scaled):
+        return residual(robot, unravel(robot, scaled * units), steps)
+
+    matrix = jax.jacfwd(rows)(y / units)
+    inverted = inverse(matrix[:, n_a:])[:n_p] * units[n_a : n_a + n_p, None]
+    # From a rotation vector to small rotations about the world axes.
+    turns = jnp.eye(n_p).at[d:, d:].set(turn_jacobian(robot, y[n_a + d : n_a + n_p]))
+    jacobian = -turns @ inverted @ matrix[:, :n_a] / units[:n_a]
+    # The balance of the platform is `load - Σ wrenches`, in units of wrenches.
+    compliance = -turns @ inverted[:, :n_p] / scales(robot).wrench(robot)[:n_p]
+    stretch, _ = row_axes(jacobian[:d])
+    return Mobility(
+        jacobian=jacobian,
+        compliance=compliance,
+        manipulability=jnp.prod(stretch),
+        condition=stretch[-1] / stretch[0],
+    )
