@@ -74,4 +74,5 @@ from .studies.limits import Limits as Limits
 from .studies.monte_carlo import MonteCarlo as MonteCarlo
 from .studies.monte_carlo import monte_carlo as monte_carlo
 from .studies.results import save_dataset as save_dataset
+from .studies.volume import workspace_volume as workspace_volume
 from .studies.workspace import workspace_map as workspace_map

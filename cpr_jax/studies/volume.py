@@ -1,0 +1,132 @@
+"""Maps over three platform coordinates, slice by slice."""
+
+import json
+import pathlib
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ..errors import InputError, shown
+from ..robots.robot import Robot
+from ..statics.equilibrium import Equilibrium, solve_inverse
+from ..statics.problem import coordinate_places, imposed_coordinates
+from ..statics.status import Status
+from .results import save_dataset
+from .workspace import workspace_map
+
+
+def workspace_volume(
+    robot: Robot,
+    heights: Sequence[float],
+    seed: Equilibrium | None = None,
+    *,
+    axes: tuple[str, str, str] = ("x", "y", "z"),
+    imposed: Sequence[str] | None = None,
+    out: str | pathlib.Path | None = None,
+    **options: Any,
+) -> xr.Dataset:
+    """A workspace map over three platform coordinates: slices over two, at values of the third.
+
+    Each slice starts where the branch of the seed leads along the third coordinate, so that all
+    of them show one branch. A slice that the branch does not reach there counts as beyond its
+    fold: all of its cells are NaN and say so.
+
+    **Arguments:**
+
+    - `heights`: values of the third axis, ascending, m or rad.
+    - `seed`: an equilibrium of the branch; by default the one at the robot's home.
+    - `axes`: two axes of the slices, and the third.
+    - `imposed`: as in `workspace_map`, the three axes among them.
+    - `out`: folder for `volume.nc`, with a folder for each slice while the run lasts.
+    - `options`: of `workspace_map`; with `resume` finished slices are taken up. `box` is needed, so
+        that all slices have the same cells.
+
+    **Returns:** a dataset as of `workspace_map` with the third axis before the others. The
+    singular curves are padded to the longest.
+
+    **Raises:** `ValueError` for a bad argument; `SolveError` where the home has no solution.
+    """
+    values = np.asarray(heights, float)
+    if values.ndim != 1 or len(values) == 0 or not np.all(np.diff(values) > 0.0):
+        raise InputError(
+            f"Argument `heights` must be ascending numbers, but it is {shown(heights)}."
+        )
+    if len(set(axes)) != 3:
+        raise InputError(f"Argument `axes` must name three coordinates, but it is {shown(axes)}.")
+    if options.get("box") is None:
+        raise InputError("Argument `box` must be given for a volume, but it is None.")
+    places = imposed_coordinates(robot, imposed)
+    third = coordinate_places(robot, axes[2:])[0]
+    if third not in places:
+        raise InputError(
+            f"Argument `imposed` must contain the third axis, {axes[2]}, but it does not."
+        )
+    if seed is None:
+        if robot.home is None:
+            raise InputError(
+                "Argument `seed` must be given for a robot without a home configuration."
+            )
+        home = np.concatenate([robot.home.q_a, robot.home.q_p])
+        seed = solve_inverse(robot, home[list(places)], imposed=imposed)
+
+    folder = None if out is None else pathlib.Path(out)
+    slices: dict[int, xr.Dataset] = {}
+    # From the seed outward, each from its neighbour.
+    begin = np.concatenate([seed.q_a, seed.q_p])
+    order = np.argsort(np.abs(values - begin[third]), kind="stable")
+    starts: dict[int, Equilibrium] = {}
+    for k in (int(index) for index in order):
+        near = min(starts, key=lambda i: abs(i - k), default=None)
+        start = seed if near is None else starts[near]
+        target = np.where(np.arange(len(begin)) == third, values[k], begin)
+        found = solve_inverse(
+            robot, target[list(places)], imposed=imposed, guess=start, throw=False
+        )
+        if int(found.status) != Status.SOLVED:
+            continue
+        starts[k] = found
+        place = None if folder is None else folder / f"slice-{k:04}"
+        slices[k] = workspace_map(
+            robot, found, axes=(axes[0], axes[1]), imposed=imposed, out=place, **options
+        )
+    if not slices:
+        raise InputError(
+            "Argument `heights` must hold a value that the branch reaches, but none is reached."
+        )
+    dataset = _stacked(slices, values, axes[2])
+    if folder is not None:
+        save_dataset(dataset, folder / "volume.nc")
+    return dataset
+
+
+_FILL = {"status": int(Status.BEYOND_FOLD), "index": -1, "branch": -1}
+"""What integers say where there is no slice."""
+
+
+def _stacked(slices: dict[int, xr.Dataset], values: np.ndarray, axis: str) -> xr.Dataset:
+    """All slices along a new first dimension; those that are missing say why."""
+    model = next(iter(slices.values()))
+    variables: dict[str, Any] = {"delta": model["delta"]}
+    for name in model.data_vars:
+        if name == "delta":
+            continue
+        arrays = {k: layer[name].values for k, layer in slices.items()}
+        # Singular curves differ in number and in length.
+        shape = np.max([array.shape for array in arrays.values()], axis=0)
+        kind = model[name].dtype
+        blank = _FILL.get(str(name), np.nan if kind.kind == "f" else 0)
+        full = np.full((len(values), *shape), blank, kind)
+        for k, array in arrays.items():
+            full[k][tuple(slice(0, size) for size in array.shape)] = array
+        variables[str(name)] = ((axis, *model[name].dims), full, model[name].attrs)
+    attributes = {**model.attrs, "held": json.dumps(_held(model, axis))}
+    del attributes["configuration"]
+    return xr.Dataset(variables, {**model.coords, axis: values}, attributes)
+
+
+def _held(model: xr.Dataset, axis: str) -> dict[str, float]:
+    """The other coordinates that are held."""
+    held = json.loads(model.attrs["held"])
+    return {name: value for name, value in held.items() if name.removeprefix("p_P_") != axis}

@@ -1,0 +1,54 @@
+"""Maps over three coordinates, of a robot with fewer motors than its platform has freedoms."""
+
+import numpy as np
+import pytest
+
+import cpr_jax as cpr
+from cpr_jax.statics.status import Status
+
+IMPOSED = ("x", "y", "z")
+BOX = ((-0.02, -0.01), (0.02, 0.01))
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return cpr.three_rfs()
+
+
+@pytest.fixture(scope="module")
+def volume(robot):
+    """Two slices within reach and one beyond it."""
+    return cpr.workspace_volume(robot, [0.26, 0.28, 0.5], imposed=IMPOSED, box=BOX, spacing=0.01)
+
+
+def test_each_slice_belongs_to_its_height(robot, volume):
+    """A cell is an equilibrium there: solved by itself it is the same one."""
+    assert volume["status"].dims == ("z", "x", "y")
+    assert np.all(volume["status"].sel(z=[0.26, 0.28]) == Status.SOLVED)
+    cell = volume.sel(z=0.26).isel(x=-1, y=0)
+    target = (float(cell.x), float(cell.y), 0.26)
+    np.testing.assert_allclose(cell["q_p"].values[:3], target, rtol=0, atol=1e-12)
+    alone = cpr.solve_inverse(robot, target, imposed=IMPOSED)
+    np.testing.assert_allclose(alone.q_a, cell["q_a"].values, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(alone.q_p, cell["q_p"].values, rtol=0, atol=1e-8)
+    axes = cpr.ellipsoid(cpr.sensitivity(robot, alone)).semi_axes
+    assert float(cell["semi_axis_max"]) == pytest.approx(float(axes[0]), rel=1e-6)
+
+
+def test_a_slice_out_of_reach_says_so(volume):
+    far = volume.sel(z=0.5)
+    assert np.all(far["status"] == Status.BEYOND_FOLD)
+    assert np.all(np.isnan(far["semi_axis_max"])) and np.all(far["index"] == -1)
+
+
+def test_bad_input(robot):
+    with pytest.raises(ValueError, match="`heights` must be ascending"):
+        cpr.workspace_volume(robot, [0.3, 0.2], imposed=IMPOSED, box=BOX)
+    with pytest.raises(ValueError, match="`box` must be given"):
+        cpr.workspace_volume(robot, [0.3], imposed=IMPOSED)
+    with pytest.raises(ValueError, match="`imposed` must contain the third axis"):
+        cpr.workspace_volume(robot, [0.3], imposed=("x", "y", "phi_P_z"), box=BOX)
+    with pytest.raises(ValueError, match="name 3 of them"):
+        cpr.workspace_map(robot)
+    with pytest.raises(ValueError, match="`imposed` must contain the axes"):
+        cpr.workspace_map(robot, imposed=("z", "phi_P_x", "phi_P_y"), axes=("x", "y"))
