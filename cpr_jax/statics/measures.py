@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 from ..robots.robot import Robot
 from ..rods.equations import RodState, strain_energy_density, strains
 from ..rods.integration import rod_energy
+from .accuracy import relative_tip_error
 from .linear import inverse_with_sign, norm_2
 from .residual import base_wrench, leg_base, load_arms, residual
 from .unknowns import unknown_scales, unravel
@@ -26,6 +27,7 @@ class Measures(eqx.Module):
     - `sign_t1`, `sign_t2`: signs of their determinants.
     - `condition`: condition number of `A_p`.
     - `motor_torques`: what the motors exert on the legs, N·m (N where they slide), `(n_a,)`.
+    - `tip_error`: estimated error of the integration at the rods' tips, in rod lengths.
     - `energy`: total potential energy, of the rods and of dead loads, J.
     - `bows`: which way and how far each rod bows, shape `(n,)`: mean distance from the line between
         its base and its joint, over its length; in the plane positive where it bows to the left
@@ -38,6 +40,7 @@ class Measures(eqx.Module):
     sign_t2: Float[Array, ""]
     condition: Float[Array, ""]
     motor_torques: Float[Array, " n_a"]
+    tip_error: Float[Array, ""]
     energy: Float[Array, ""]
     bows: Float[Array, " n"]
 
@@ -74,6 +77,7 @@ def measures_with(
         sign_t2=sign_t2,
         condition=norm_2(A_p) / sigma_t2,
         motor_torques=motor_torques(robot, y),
+        tip_error=relative_tip_error(robot, y, steps),
         energy=_energy(robot, y, rods),
         bows=_bows(robot, y, rods),
     )

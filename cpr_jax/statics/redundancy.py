@@ -115,7 +115,8 @@ def resolve_redundancy(
         now = solve_forward(robot, np.asarray(now.q_a) + step * motors, guess=now, steps=steps)
     raise SolveError(
         Status.NOT_CONVERGED,
-        f"No equilibrium of {robot.name}: its motors do not settle at the least {criterion.value}.",
+        f"No equilibrium of {robot.name}: its motors do not settle at the least {criterion.value}, "
+        "which may lie at the edge of what the branch reaches.",
     )
 
 

@@ -35,7 +35,7 @@ from .symmetry import is_mirror_symmetric
 from .versions import versions
 
 _CHUNK = 1024
-"""Cells looked at in one call; finished ones are kept."""
+"""Cells looked at in one call, on small grids an eighth of them; finished ones are kept."""
 
 _POLISHED = 3
 """How often a cell is polished beyond the first time."""
@@ -120,9 +120,10 @@ def workspace_map(
             f"Argument `imposed` must contain the axes of the map, {' and '.join(grid.names)}, "
             f"but it is {shown(imposed)}."
         )
+    chunk = _CHUNK if grid.shape[0] * grid.shape[1] > 4 * _CHUNK else _CHUNK // 8
     folder = None if out is None else pathlib.Path(out)
     with compile_ahead(
-        robot, selection, half_ranges, grid.axes, places, steps, coarse(steps), _CHUNK
+        robot, selection, half_ranges, grid.axes, places, steps, coarse(steps), chunk
     ) as ahead:
         if seed is None:
             seed = solve_inverse(robot, begin[list(places)], imposed=imposed, steps=steps)
@@ -140,7 +141,18 @@ def workspace_map(
                 return finished
         parts = Parts(None if folder is None else folder / "parts", configuration, resume)
         job = _Job(
-            robot, seed, grid, places, selection, half_ranges, limits, steps, refine, parts, ahead
+            robot,
+            seed,
+            grid,
+            places,
+            selection,
+            half_ranges,
+            limits,
+            steps,
+            refine,
+            parts,
+            ahead,
+            chunk,
         )
         with tqdm(total=grid.shape[0] * grid.shape[1], unit="cell", disable=not progress) as bar:
             dataset = _map(job, bar)
@@ -203,10 +215,11 @@ class _Job(NamedTuple):
     refine: int
     parts: Parts
     ahead: Ahead
+    chunk: int
 
 
 def _map(job: _Job, bar: tqdm) -> xr.Dataset:
-    robot, seed, grid, imposed, selection, delta, limits, steps, refine, parts, ahead = job
+    robot, seed, grid, imposed, selection, delta, limits, steps, refine, parts, ahead, _ = job
     units = np.asarray(unknown_scales(robot))
     front = Front(robot, grid, np.asarray(seed.y) / units, coarse(steps), imposed, 2**refine)
     wanted, looked, seen = {}, [], np.zeros_like(front.solved)
@@ -291,7 +304,7 @@ def _looked_at(job: _Job, y, bar: tqdm, level: int) -> Cell:
             return Cell(**known)
         here, half_ranges = places[turn % len(places)]
         looked = look_at_cells(
-            here, job.selection, half_ranges, padded(y, _CHUNK), job.imposed, job.steps
+            here, job.selection, half_ranges, padded(y, job.chunk), job.imposed, job.steps
         )
         chunk = Cell(*(np.array(leaf)[: len(y)] for leaf in looked))
         parts.save(name, chunk._asdict())
@@ -299,11 +312,11 @@ def _looked_at(job: _Job, y, bar: tqdm, level: int) -> Cell:
 
     def look_at_all(name: str, y) -> Cell:
         def one(k: int) -> Cell:
-            chunk = look(f"{name}-{k // _CHUNK:05}", y[k : k + _CHUNK], k // _CHUNK)
+            chunk = look(f"{name}-{k // job.chunk:05}", y[k : k + job.chunk], k // job.chunk)
             bar.update(len(chunk.residual) // 2 if name.startswith("cells") else 0)
             return chunk
 
-        chunks = in_parallel(one, range(0, len(y), _CHUNK))
+        chunks = in_parallel(one, range(0, len(y), job.chunk))
         return Cell(*(np.concatenate(leaves) for leaves in zip(*chunks, strict=True)))
 
     cells = look_at_all(f"cells-{level}", y)
