@@ -9,9 +9,6 @@ from ..rods.integration import tip_error
 from .residual import leg_base
 from .unknowns import unravel
 
-SINGLE_TOLERANCE = 1e-9
-"""The same for a single solve, whose residuals multiply it."""
-
 TOLERANCE = 1e-8
 """Error of a rod's tip, in lengths of the rod, that is asked for where nothing else is said."""
 
@@ -43,17 +40,17 @@ def relative_tip_error(
     return jnp.max(jax.vmap(one)(robot.legs, robot.transmission @ state.q_a, state.mu))
 
 
-def error_with(error: float, steps: int, known: int = _PROBE) -> float:
-    """`relative_tip_error` with other steps, extrapolated from that with `known` ones."""
-    return max(error * (known / steps) ** _ORDER, _ROUNDOFF)
+def error_with(error: float, steps: int) -> float:
+    """`relative_tip_error` with other steps, extrapolated from that with the default number."""
+    return max(error * (_PROBE / steps) ** _ORDER, _ROUNDOFF)
 
 
-def steps_for(error: float, tolerance: float = TOLERANCE, known: int = _PROBE) -> int:
+def steps_for(error: float, tolerance: float = TOLERANCE) -> int:
     """Least number of steps of `MENU` that is accurate enough; the largest if none is.
 
     **Arguments:**
 
-    - `error`: `relative_tip_error` with `known` steps.
+    - `error`: `relative_tip_error` with the default number of steps.
     - `tolerance`: in lengths of the rods.
     """
-    return next((n for n in MENU if error_with(error, n, known) <= tolerance), MENU[-1])
+    return next((n for n in MENU if error_with(error, n) <= tolerance), MENU[-1])

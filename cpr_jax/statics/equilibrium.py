@@ -15,7 +15,6 @@ from ..geometry import Numbers, namespace
 from ..programs import program, started
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
-from .accuracy import SINGLE_TOLERANCE, steps_for
 from .continuation import Track
 from .guess import at_rest, detours, from_home, from_neighbour, reaching, search
 from .measures import Measures, measures_with
@@ -68,7 +67,7 @@ def solve_inverse(
     *,
     imposed: Sequence[str] | None = None,
     guess: Equilibrium | None = None,
-    steps: int | None = None,
+    steps: int = DEFAULT_STEPS,
     throw: bool = True,
 ) -> Equilibrium:
     """The motor positions and the shape that put the platform at a point (15).
@@ -84,8 +83,7 @@ def solve_inverse(
     - `guess`: an equilibrium from which the branch is followed along a line. Without it, the
         branch is the one of the robot's home configuration; a robot without one is searched
         systematically and its equilibrium of least energy is taken.
-    - `steps`: integration steps along each rod; by default ten, and more where the estimated error
-        of a tip exceeds 1e-9 of its rod (inside a JAX transformation ten).
+    - `steps`: integration steps along each rod; `measures.tip_error` tells what error they leave.
     - `throw`: raise where there is no solution; otherwise the status tells. Under `jax.jit`,
         `jax.vmap` and the like nothing raises.
 
@@ -108,7 +106,7 @@ def solve_forward(
     q_a: Numbers,
     *,
     guess: Equilibrium | None = None,
-    steps: int | None = None,
+    steps: int = DEFAULT_STEPS,
     throw: bool = True,
 ) -> Equilibrium:
     """The platform pose and the shape that belong to motor positions.
@@ -122,7 +120,6 @@ def solve_forward(
 
 
 def _solve(robot, imposed, target, guess, steps, throw):
-    adaptive, steps = steps is None, steps or DEFAULT_STEPS
     given = jax.tree.leaves((robot, target, guess))
     traced = any(isinstance(leaf, jax.core.Tracer) for leaf in given)
     alone = "search" if robot.home is None else "home"
@@ -138,17 +135,7 @@ def _solve(robot, imposed, target, guess, steps, throw):
         # From numpy, as ahead: a weak type would make another program.
         reached = jax.tree.map(np.asarray, reached)
     equilibrium = polish(robot, imposed, target, reached.y, reached.status, branch, steps)
-    if traced:
-        return equilibrium
-    solved = int(equilibrium.status) == Status.SOLVED
-    error = float(equilibrium.measures.tip_error)
-    if adaptive and solved and error > SINGLE_TOLERANCE:
-        # Sharp bends: on the same branch, with as many steps as they take.
-        steps = steps_for(error, SINGLE_TOLERANCE, steps)
-        equilibrium = polish(
-            robot, imposed, target, np.asarray(equilibrium.y), reached.status, branch, steps
-        )
-    if throw and int(equilibrium.status) != Status.SOLVED:
+    if throw and not traced and int(equilibrium.status) != Status.SOLVED:
         status = Status(int(equilibrium.status))
         raise SolveError(status, f"No equilibrium of {robot.name}: {status.message}.")
     return equilibrium
@@ -247,8 +234,7 @@ def _base_wrenches(robot: Robot, state: State) -> Float[Array, "n freedoms"]:
 def _check_call(robot: Any, guess: Any, steps: Any) -> None:
     if not isinstance(robot, Robot):
         raise InputError(f"Argument `robot` must be a Robot, but it is a {type(robot).__name__}.")
-    if steps is not None:
-        check_integer("steps", steps)
+    check_integer("steps", steps)
     if guess is None:
         return
     if not isinstance(guess, Equilibrium):

@@ -70,7 +70,7 @@ def imposed_coordinates(robot: Robot, names: Sequence[str] | None = None) -> tup
         advice = (
             f"name {n_a} of them {choice}"
             if n_a < n_p
-            else f"name {n_a - n_p} motors with them, or use `resolve_redundancy`"
+            else f"name {n_a - n_p} of the motors with them, or use `resolve_redundancy`"
         )
         raise InputError(
             f"Argument `imposed` must be given for {robot.name}, since its {n_a} motors cannot "
