@@ -53,11 +53,11 @@ def plot_map(
     values = data.values.astype(float) * (1e3 if variable in _LENGTHS else 1.0)
     solved = dataset["index"].values >= 0
     shown = np.where(solved, values, np.nan)
-    if "norm" not in mesh and variable in _LOGARITHMIC:
+    if "norm" not in mesh:
         low, high = np.nanpercentile(shown, [0.5, 99.5])
-        mesh["norm"] = LogNorm(low, high)
-    elif "norm" not in mesh:
-        mesh["norm"] = Normalize(*np.nanpercentile(shown, [0.5, 99.5]))
+        # Below a decade the ticks of a logarithmic scale crowd and say little.
+        wide = variable in _LOGARITHMIC and high > 10.0 * low > 0.0
+        mesh["norm"] = LogNorm(low, high) if wide else Normalize(low, high)
     mesh = {"cmap": "viridis", "rasterized": True, "shading": "nearest", **mesh}
     drawn = ax.pcolormesh(x, z, shown.T, **mesh)
 
