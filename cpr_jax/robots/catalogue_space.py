@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..geometry import SPACE
-from ..rods.rod import section_rod
+from ..rods.rod import Rod, section_rod
 from ..rods.section import Material, circle
 from .joint import Joint, clamped, passive, spherical, swivel, universal
 from .leg import make_leg, prismatic_screw
@@ -36,13 +36,26 @@ def _frame(first: _Vector, third: _Vector) -> np.ndarray:
     return np.asarray(jnp.stack(SPACE.log((w, *axis))))
 
 
-def _uncertain(legs: int, stiffness: float, length: float) -> dict[str, float]:
-    """Half ranges of both bending stiffnesses, N·m², and of the length, m, of each rod."""
+def _uncertain(legs: int, rod: Rod) -> dict[str, float]:
+    """Half ranges of 5 % of both bending stiffnesses and of 0.5 mm of the length of each rod."""
+    stiffness = 0.05 / float(rod.curvature_compliance[-1])
     return {
         f"{name}{i}": value
         for i in range(1, legs + 1)
-        for name, value in (("k_2", stiffness), ("k_3", stiffness), ("l", length))
+        for name, value in (("k_2", stiffness), ("k_3", stiffness), ("l", 5e-4))
     }
+
+
+def _spring_steel(length: float, radius: float, precurvature: float = 0.0) -> Rod:
+    """A round rod under its weight."""
+    steel = Material(E=200e9, nu=0.3, density=7850.0)
+    gravity = (0.0, 0.0, -GRAVITY)
+    return section_rod(SPACE, length, circle(radius), steel, precurvature, gravity=gravity)
+
+
+def _weight(mass: float, height: float = 0.0) -> list[tuple[_Vector, _Vector]]:
+    """The load of a platform's mass, kg, above `p_P` by a height, m."""
+    return [((0.0, 0.0, height), (0.0, 0.0, -mass * GRAVITY))]
 
 
 def stewart_gough(*, extensible: bool = True) -> Robot:
@@ -71,9 +84,9 @@ def stewart_gough(*, extensible: bool = True) -> Robot:
             [_ring(0.087, angle) for angle in (-50, 50, 70, 170, 190, 290)],
         ),
         oriented=True,
-        loads=[((0.0, 0.0, 0.0), (0.0, 0.0, -0.1 * GRAVITY))],
+        loads=_weight(0.1),
         home=(np.full(6, 0.01), (0.0, 0.0, 0.4, 0.0, 0.0, 0.0)),
-        uncertainty=_uncertain(6, 0.05 * steel.E * section.I_2, 5e-4),
+        uncertainty=_uncertain(6, rod),
         name="continuum Stewart–Gough",
     )
 
@@ -105,7 +118,7 @@ def stewart_gough_clamped(*, length: float = 0.6) -> Robot:
         legs,
         oriented=True,
         home=(np.zeros(6), (0.0, 0.0, 0.1 + 0.99 * length, 0.0, 0.0, 0.0)),
-        uncertainty=_uncertain(6, 0.05 * material.E * section.I_2, 5e-4),
+        uncertainty=_uncertain(6, rod),
         name="clamped Stewart–Gough",
     )
 
@@ -134,8 +147,7 @@ def stewart_gough_sliding() -> Robot:
 
     Six spring steel rods of 0.8 mm radius, clamped to their sliders, and a platform of 0.05 kg.
     """
-    steel = Material(E=200e9, nu=0.3, density=7850.0)
-    rod = section_rod(SPACE, 0.3, circle(0.0008), steel, gravity=(0.0, 0.0, -GRAVITY))
+    rod = _spring_steel(0.3, 0.0008)
     legs = [
         make_leg(
             SPACE,
@@ -154,9 +166,9 @@ def stewart_gough_sliding() -> Robot:
         SPACE,
         legs,
         oriented=True,
-        loads=[((0.0, 0.0, 0.0), (0.0, 0.0, -0.05 * GRAVITY))],
+        loads=_weight(0.05),
         home=(np.zeros(6), (0.0, 0.0, 0.285, 0.0, 0.0, 0.0)),
-        uncertainty=_uncertain(6, 0.05 * 200e9 * np.pi * 0.0008**4 / 4.0, 5e-4),
+        uncertainty=_uncertain(6, rod),
         name="6-PFS",
     )
 
@@ -167,8 +179,7 @@ def six_rus() -> Robot:
     Rods of 0.25 m and 1 mm radius with a radius of precurvature of 0.5 m, cranks of 50 mm, a
     platform of 0.1 kg whose centre of mass is 10 mm above the joints.
     """
-    steel = Material(E=200e9, nu=0.3, density=7850.0)
-    rod = section_rod(SPACE, 0.25, circle(0.001), steel, 2.0, gravity=(0.0, 0.0, -GRAVITY))
+    rod = _spring_steel(0.25, 0.001, 2.0)
     legs = []
     for base, place, turn in zip(
         (-15, 15, 105, 135, 225, 255),
@@ -196,9 +207,9 @@ def six_rus() -> Robot:
         SPACE,
         legs,
         oriented=True,
-        loads=[((0.0, 0.0, 0.01), (0.0, 0.0, -0.1 * GRAVITY))],
+        loads=_weight(0.1, 0.01),
         home=(np.zeros(6), (0.0, 0.0, 0.24, 0.0, 0.0, 0.0)),
-        uncertainty=_uncertain(6, 0.05 * 200e9 * np.pi * 0.001**4 / 4.0, 5e-4),
+        uncertainty=_uncertain(6, rod),
         name="6-RUS",
     )
 
@@ -209,8 +220,7 @@ def three_rfs() -> Robot:
     Rods of 0.3 m and 1 mm radius, clamped to motors that turn about the tangents of a circle,
     lead to spherical joints of a platform of 0.05 kg.
     """
-    steel = Material(E=200e9, nu=0.3, density=7850.0)
-    rod = section_rod(SPACE, 0.3, circle(0.001), steel, gravity=(0.0, 0.0, -GRAVITY))
+    rod = _spring_steel(0.3, 0.001)
     legs = [
         make_leg(
             SPACE,
@@ -227,8 +237,8 @@ def three_rfs() -> Robot:
         SPACE,
         legs,
         oriented=True,
-        loads=[((0.0, 0.0, 0.0), (0.0, 0.0, -0.05 * GRAVITY))],
+        loads=_weight(0.05),
         home=(np.full(3, np.deg2rad(80.0)), (0.0, 0.0, 0.28, 0.0, 0.0, 0.0)),
-        uncertainty=_uncertain(3, 0.05 * 200e9 * np.pi * 0.001**4 / 4.0, 5e-4),
+        uncertainty=_uncertain(3, rod),
         name="3-RFS",
     )
