@@ -131,7 +131,8 @@ def _solve(robot, imposed, target, guess, steps, throw):
         try:
             reached = _reached(robot, imposed, target, guess, steps, False)
         finally:
-            ending.join()
+            if ending is not None:
+                ending.join()
         # From numpy, as ahead: a weak type would make another program.
         reached = jax.tree.map(np.asarray, reached)
     equilibrium = polish(robot, imposed, target, reached.y, reached.status, branch, steps)
@@ -171,18 +172,18 @@ def _reached(robot, imposed, target, guess, steps, traced) -> Track:
 _compiled: set[Any] = set()
 
 
-def _compile_polish(robot, imposed, target, branch, steps) -> threading.Thread:
+def _compile_polish(robot, imposed, target, branch, steps) -> threading.Thread | None:
     """Starts to compile `polish` while the way to a solution is compiled and followed."""
     leaves, structure = jax.tree.flatten((robot, imposed, target))
     key = structure, tuple(np.shape(leaf) for leaf in leaves), branch, steps
-    known = key in _compiled
+    if key in _compiled:
+        return None
     _compiled.add(key)
 
     def compile_it() -> None:
         # It gives up at once on a guess that is not a number.
-        if not known:
-            nowhere = np.full(robot.n_y, np.nan), np.asarray(int(Status.LOST))
-            polish(robot, imposed, target, *nowhere, branch, steps)
+        nowhere = np.full(robot.n_y, np.nan), np.asarray(int(Status.LOST))
+        polish(robot, imposed, target, *nowhere, branch, steps)
 
     return started(compile_it)
 
@@ -203,6 +204,11 @@ def polish(robot, imposed, target, y, outcome, branch, steps):
     measures = measures_with(robot, found, matrix[: robot.n_y - robot.n_a], steps)
     stayed = jnp.max(jnp.abs(found - guess) / unknown_scales(robot)) < 1e-3
     status = jnp.where((root.status == Status.SOLVED) & ~stayed, Status.LOST, root.status)
+    if robot.legs.feed is not None:
+        # Equations go on where nothing is left of a rod that is drawn in.
+        fed = robot.legs.feed * (robot.transmission @ found[: robot.n_a])
+        gone = jnp.any(robot.legs.rod.length + fed <= 0.0)
+        status = jnp.where((status == Status.SOLVED) & gone, Status.OUT_OF_REACH, status)
     status = jnp.where(outcome == Status.SOLVED, status, outcome)
     solved = status == Status.SOLVED
     y = jnp.where(solved, root.y, jnp.nan)

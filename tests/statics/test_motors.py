@@ -12,7 +12,8 @@ from cpr_jax.geometry import PLANE
 from cpr_jax.robots.joint import clamped
 from cpr_jax.robots.leg import make_leg
 from cpr_jax.robots.robot import make_robot
-from cpr_jax.rods.rod import Rod
+from cpr_jax.rods.rod import Rod, kirchhoff_rod
+from cpr_jax.statics.equilibrium import solve_forward
 from cpr_jax.statics.measures import measure
 from cpr_jax.statics.problem import Problem, find_root, forward_rows
 from cpr_jax.statics.status import Status
@@ -115,3 +116,16 @@ def test_a_shared_motor_carries_the_sum_of_its_legs(solve, start):
     expected = transmission.T @ measures.motor_torques
     np.testing.assert_allclose(coupled.motor_torques, expected, rtol=1e-9)
     assert abs(expected[0] - measures.motor_torques[0]) > 0.1
+
+
+def test_a_rod_that_is_drawn_in_completely_is_no_solution():
+    """The equations have solutions with rods of negative length; a cantilever finds them."""
+    fed = kirchhoff_rod(PLANE, 0.2, 0.02, 0.5)
+    leg = make_leg(PLANE, (0.0, 0.0), fed, screw=np.zeros(3), feed=1.0, joint=clamped(PLANE))
+    home = ((0.0,), (0.2, 0.0, 0.1))
+    cantilever = make_robot(PLANE, [leg], oriented=True, f_P=(0.0, 0.01), home=home)
+    short = solve_forward(cantilever, [-0.19])
+    assert float(short.q_p[0]) == pytest.approx(0.01, abs=1e-6)
+    gone = solve_forward(cantilever, [-0.21], throw=False)
+    assert int(gone.status) == Status.OUT_OF_REACH
+    assert np.all(np.isnan(gone.q_p))
