@@ -8,13 +8,40 @@ are written, and hands it one merged batch axis.
 
 import functools
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jax.custom_batching import custom_vmap
 
-Lift: TypeAlias = Callable[[Callable[..., Any]], Callable[..., Any]]
+from .once import once
+
+
+class Lift(NamedTuple):
+    """Vectorises functions of a kernel's arguments along its lanes.
+
+    **Attributes:**
+
+    - `structure`: of the arguments.
+    - `laned`: which of their leaves have a last axis of lanes.
+    """
+
+    structure: Any
+    laned: tuple[bool, ...]
+
+    def __call__(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """A function of a single case, vectorised if there are lanes."""
+        if not any(self.laned):
+            return function
+        axes = self.structure.unflatten([-1 if flag else None for flag in self.laned])
+        return jax.vmap(function, in_axes=axes, out_axes=-1)
+
+    def spread(self, args: tuple) -> tuple:
+        """The arguments, each with a last axis: of length one where lanes do not differ."""
+        leaves = zip(jax.tree.leaves(args), self.laned, strict=True)
+        return self.structure.unflatten(
+            [leaf if flag else leaf[..., None] for leaf, flag in leaves]
+        )
 
 
 def lanes_last(kernel: Callable[..., Any]) -> Callable[..., Any]:
@@ -42,6 +69,25 @@ def lanes_last(kernel: Callable[..., Any]) -> Callable[..., Any]:
     return functools.wraps(kernel)(call)
 
 
+def over_lanes(kernel: Callable[..., Any]) -> Callable[..., Any]:
+    """Gives a function whose batches are calculated on arrays with the lanes as their last axis.
+
+    **Arguments:**
+
+    - `kernel`: called with arrays that have one more, last axis, of length one where lanes do
+        not differ. Its outputs have that axis too.
+
+    **Returns:** a function for a single case, of pytrees of arrays, to be batched as by
+    `lanes_last`.
+    """
+
+    def spread(lift, *args):
+        out = kernel(*lift.spread(args))
+        return out if any(lift.laned) else jax.tree.map(lambda leaf: leaf[..., 0], out)
+
+    return lanes_last(spread)
+
+
 @functools.cache
 def _level(kernel, treedef, laned: tuple[bool, ...]):
     """The kernel on leaves of which those flagged in `laned` have a last, merged lane axis."""
@@ -49,12 +95,9 @@ def _level(kernel, treedef, laned: tuple[bool, ...]):
     # The inner jit traces a kernel once, however often a program calls it.
     @custom_vmap
     @jax.jit
+    @once
     def level(*leaves):
-        args = treedef.unflatten(leaves)
-        if not any(laned):
-            return kernel(lambda function: function, *args)
-        axes = treedef.unflatten([-1 if flag else None for flag in laned])
-        return kernel(lambda function: jax.vmap(function, in_axes=axes, out_axes=-1), *args)
+        return kernel(Lift(treedef, laned), *treedef.unflatten(leaves))
 
     @level.def_vmap
     def rule(size, batched, *leaves):

@@ -90,7 +90,7 @@ class Plane(AbstractGeometry):
     def joint_axes(
         self, free: Float[Array, "1"], outer: Components, leg: Components
     ) -> Float[Array, "1 1"]:
-        return jnp.ones((1, 1))
+        return jnp.ones((1, *free.shape))
 
     def cross(self, arm: Components, force: Components) -> Components:
         return (arm[0] * force[1] - arm[1] * force[0],)

@@ -131,7 +131,7 @@ class Space(AbstractGeometry):
         self, free: Float[Array, "3"], outer: Float[Array, "3 3"], leg: Float[Array, "3 3"]
     ) -> Float[Array, "3 3"]:
         axes = jnp.where(self.later(free) > 0.5, leg, outer)
-        normals = jnp.cross(jnp.roll(axes, 2, axis=1), jnp.roll(axes, 1, axis=1), axis=0)
+        normals = jnp.stack(self.cross(jnp.roll(axes, 2, axis=1), jnp.roll(axes, 1, axis=1)))
         return jnp.where(_universal(free), normals, axes)
 
     def cross(self, arm: Components, force: Components) -> Components:
@@ -142,7 +142,7 @@ class Space(AbstractGeometry):
 
 def _universal(free: Float[Array, "3"]) -> Bool[Array, "3"]:
     """Whether a rotation is the locked one of a universal joint."""
-    return (free < 0.5) & (jnp.sum(free) == 2.0)
+    return (free < 0.5) & (jnp.sum(free, axis=0) == 2.0)
 
 
 def _squared(vector: Components) -> Float[Array, ""]:

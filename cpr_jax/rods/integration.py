@@ -89,8 +89,12 @@ def tip_error(
 
 def _integrate(geometry, steps, readout, rod, force, moment):
     leaves, treedef = jax.tree.flatten((rod, force, moment))
-    shapes = tuple(leaf.shape for leaf in leaves)
-    return _differentiable(geometry, steps, readout, treedef, shapes, ())(*leaves)
+    many = jnp.ndim(rod.length)
+    shapes = tuple(leaf.shape[: leaf.ndim - many] for leaf in leaves)
+    if many:
+        over = jnp.broadcast_shapes(*(leaf.shape[-many:] for leaf in leaves))
+        leaves = [jnp.broadcast_to(a, (*s, *over)) for a, s in zip(leaves, shapes, strict=True)]
+    return _differentiable(geometry, steps, readout, treedef, shapes, many, ())(*leaves)
 
 
 def _solve(geometry, steps, readout, rod, force, moment):
@@ -156,7 +160,7 @@ def _traced_once(geometry, steps, readout, treedef):
 
 
 @functools.cache
-def _differentiable(geometry, steps, readout, treedef, shapes, perturbed):
+def _differentiable(geometry, steps, readout, treedef, shapes, many, perturbed):
     """The integration together with its derivatives along the leaves flagged in `perturbed`.
 
     `perturbed` holds one tuple of flags for each order. The rule of the derivative of order k
@@ -166,7 +170,10 @@ def _differentiable(geometry, steps, readout, treedef, shapes, perturbed):
 
     @lanes_last
     def kernel(lift, *leaves):
-        function = lift(_traced_once(geometry, steps, readout, treedef))
+        function = _traced_once(geometry, steps, readout, treedef)
+        for _ in range(many):
+            function = jax.vmap(function, in_axes=-1, out_axes=-1)
+        function = lift(function)
         for flags in perturbed:
             function = _with_tangents(function, shapes, flags)
         return function(*leaves)
@@ -177,14 +184,23 @@ def _differentiable(geometry, steps, readout, treedef, shapes, perturbed):
 
     def rule(primals, tangents):
         flags = tuple(not isinstance(tangent, SymbolicZero) for tangent in tangents)
-        higher = _differentiable(geometry, steps, readout, treedef, shapes, (*perturbed, flags))
-        value, jacobian = higher(*primals)
+        order = (*perturbed, flags)
+        value, jacobian = _differentiable(geometry, steps, readout, treedef, shapes, many, order)(
+            *primals
+        )
         seeds = jnp.concatenate(
-            [t.reshape(-1) for t, flag in zip(tangents, flags, strict=True) if flag]
+            [
+                t.reshape(-1, *t.shape[len(shape) :])
+                for t, shape, flag in zip(tangents, shapes, flags, strict=True)
+                if flag
+            ]
         )
-        return value, jax.tree.map(
-            lambda j: jnp.sum(seeds.reshape(-1, *(1,) * (j.ndim - 1)) * j, axis=0), jacobian
-        )
+
+        def along(j):
+            between = (1,) * (j.ndim - seeds.ndim)
+            return jnp.sum(seeds.reshape(len(seeds), *between, *seeds.shape[1:]) * j, axis=0)
+
+        return value, jax.tree.map(along, jacobian)
 
     integrate.defjvp(rule, symbolic_zeros=True)
     return integrate

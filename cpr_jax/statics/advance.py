@@ -10,16 +10,12 @@ from jaxtyping import Array, Float, Int
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
-from .linear import solve_many_with_sign
-from .problem import Problem, full_residual
+from .correction import settle
+from .problem import Problem
 from .status import Status
 from .unknowns import unknown_scales
 
-_CLOSE = 1e-9
-_ITERATIONS = 5
-
-DEVIATION = 0.03
-"""Largest distance of a solution from its prediction, in dimensionless unknowns."""
+_CHORDS = 2
 
 
 class Nearby(NamedTuple):
@@ -59,42 +55,15 @@ def advance(
     - `axes`: the entries of `(q_a, q_p)` that vary.
     - `guess`: dimensionless unknowns predicted at `goal`.
     """
-    rows = _rows(robot, imposed, axes)
+    # Minus the derivative of the dimensionless residual in the imposed axes.
+    chosen = jnp.array(axes, int)
+    units = unknown_scales(robot)
+    free = jnp.zeros((units.size - imposed.shape[0], len(axes)))
+    rows = jnp.concatenate([free, imposed[:, chosen] / units[chosen]])
 
     def one(guess, goal):
-        def unfinished(state):
-            y, norm, _, _, count = state
-            near = jnp.max(jnp.abs(y - guess)) < DEVIATION
-            return (count < _ITERATIONS) & (norm > _CLOSE) & near
-
-        def newton(state):
-            y, *_, count = state
-            jacobian, f = _expand(robot, imposed, goal, y, steps)
-            solved, sign = solve_many_with_sign(jacobian, jnp.column_stack([-f, rows]))
-            # Below the tolerance the step at hand squares the error once more.
-            return y + solved[:, 0], jnp.max(jnp.abs(f)), sign, solved[:, 1:], count + 1
-
-        one = jnp.ones((), guess.dtype)
-        first = (guess, jnp.inf * one, one, jnp.zeros((guess.size, len(axes))), jnp.array(0))
-        y, norm, sign, slope, _ = jax.lax.while_loop(unfinished, newton, first)
-        converged = (norm <= _CLOSE) & jnp.all(jnp.isfinite(y))
-        status = jnp.where(converged, Status.SOLVED, Status.NOT_CONVERGED)
-        return Nearby(y, slope, sign, jnp.max(jnp.abs(y - guess)), status)
+        found = settle(Problem(robot, imposed, goal), guess, rows, steps, _CHORDS)
+        status = jnp.where(found.converged, Status.SOLVED, Status.NOT_CONVERGED)
+        return Nearby(found.y, found.slope, found.sign, found.deviation, status)
 
     return jax.vmap(one)(guess, goal)
-
-
-def _rows(robot: Robot, imposed, axes):
-    """Minus the derivative of the dimensionless residual in the imposed axes."""
-    units = unknown_scales(robot)
-    chosen = jnp.array(axes)
-    free = jnp.zeros((units.size - imposed.shape[0], len(axes)))
-    return jnp.concatenate([free, imposed[:, chosen] / units[chosen]])
-
-
-def _expand(robot, imposed, goal, y, steps):
-    def evaluate(y):
-        f = full_residual(y, Problem(robot, imposed, goal), steps)
-        return f, f
-
-    return jax.jacfwd(evaluate, has_aux=True)(y)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
 from .linear import solve_with_sign
 from .status import Status
@@ -37,22 +37,79 @@ class Track(NamedTuple):
 
 class _Walk(NamedTuple):
     y: Float[Array, " n"]
-    jacobian: Float[Array, "n n"]
+    slope: Float[Array, " n"]
     position: Float[Array, ""]
     step: Float[Array, ""]
     sign: Float[Array, ""]
     steps: Int[Array, ""]
 
 
-def follow(
+class Corrected(NamedTuple):
+    """Where a corrector has led from a prediction.
+
+    **Attributes:**
+
+    - `y`: the root, or wherever it has ended.
+    - `converged`: whether it is a root.
+    - `sign`: of `det ∂R/∂y` there.
+    - `slope`: `dy/dh` along the direction that was given.
+    """
+
+    y: Float[Array, " n"]
+    converged: Bool[Array, ""]
+    sign: Float[Array, ""]
+    slope: Float[Array, " n"]
+
+
+Corrector = Callable[
+    [Float[Array, " n"], Float[Array, " k"], Float[Array, " k"]],
+    Corrected,
+]
+"""From a prediction of y, at h, with the direction in which h goes on."""
+
+
+def newton_corrector(
     equations: Callable[[Float[Array, " n"], Float[Array, " k"]], Float[Array, " n"]],
+) -> Corrector:
+    """Newton's method for `equations(y, h) = 0`, dimensionless and square in `y`.
+
+    Away from its prediction a correction counts as failed, wherever it may lead.
+    """
+
+    def correct(predicted, h, dh):
+        def evaluate(y):
+            f = equations(y, h)
+            return f, f
+
+        def unfinished(carry):
+            y, norm, _, _, k = carry
+            near = jnp.max(jnp.abs(y - predicted)) < _MAX_DEVIATION
+            return (k < _CORRECTIONS) & (norm > _CORRECTED) & near
+
+        def newton(carry):
+            y, *_, k = carry
+            jacobian, f = jax.jacfwd(evaluate, has_aux=True)(y)
+            change, sign = solve_with_sign(jacobian, -f)
+            return y + change, jnp.max(jnp.abs(f)), sign, jacobian, k + 1
+
+        one = jnp.ones((), predicted.dtype)
+        first = (predicted, jnp.inf * one, one, jnp.eye(predicted.size), jnp.array(0))
+        y, norm, sign, jacobian, _ = jax.lax.while_loop(unfinished, newton, first)
+        _, shift = jax.jvp(lambda h: equations(y, h), (h,), (dh,))
+        return Corrected(y, norm <= _CORRECTED, sign, solve_with_sign(jacobian, -shift)[0])
+
+    return correct
+
+
+def follow(
+    correct: Corrector,
     start: Float[Array, " n"],
     path: Float[Array, "points k"],
     max_steps: int | Int[Array, ""] = 400,
     first_step: float = 0.1,
     min_step: float = _MIN_STEP,
 ) -> Track:
-    """Follows the root of `equations(y, h) = 0` while `h` runs along a polygon.
+    """Follows a root of `R(y, h) = 0` while `h` runs along a polygon.
 
     Tangent prediction, Newton correction, adaptive steps. A step counts only if the correction
     converges, stays close to the prediction and keeps the sign of `det ∂R/∂y`, so that neither
@@ -61,7 +118,7 @@ def follow(
 
     **Arguments:**
 
-    - `equations`: dimensionless, square in `y`.
+    - `correct`: such as a `newton_corrector`.
     - `start`: a root at `path[0]`.
     - `path`: corners of the polygon, at least two.
     - `first_step`, `min_step`: length of the first and of the shortest step, in segments.
@@ -72,39 +129,11 @@ def follow(
         weight = position - segment
         return (1.0 - weight) * path[segment] + weight * path[segment + 1]
 
-    def tangent(walk, segment):
-        h = value_on(walk.position, segment)
-        dh = path[segment + 1] - path[segment]
-        _, shift = jax.jvp(lambda h: equations(walk.y, h), (h,), (dh,))
-        return solve_with_sign(walk.jacobian, -shift)[0]
-
-    def correct(y, h):
-        def evaluate(y):
-            f = equations(y, h)
-            return f, f
-
-        def unfinished(carry):
-            # Away from its prediction a correction counts as failed, wherever it may lead.
-            moved, norm, _, _, k = carry
-            near = jnp.max(jnp.abs(moved - y)) < _MAX_DEVIATION
-            return (k < _CORRECTIONS) & (norm > _CORRECTED) & near
-
-        def newton(carry):
-            y, *_, k = carry
-            jacobian, f = jax.jacfwd(evaluate, has_aux=True)(y)
-            change, sign = solve_with_sign(jacobian, -f)
-            return y + change, jnp.max(jnp.abs(f)), sign, jacobian, k + 1
-
-        one = jnp.ones((), y.dtype)
-        first = (y, jnp.inf * one, one, jnp.eye(y.size), jnp.array(0))
-        y, norm, sign, jacobian, _ = jax.lax.while_loop(unfinished, newton, first)
-        return y, norm <= _CORRECTED, sign, jacobian
-
     def unfinished(walk):
         return (walk.position < segments) & (walk.step > min_step) & (walk.steps < max_steps)
 
     def advance(walk):
-        # The first advance stays where it is: it polishes the start and gets its Jacobian.
+        # The first advance stays where it is: it polishes the start and gets its slope.
         first = walk.steps == 0
         segment = jnp.floor(walk.position).astype(int)
         rest = segment + 1.0 - walk.position
@@ -113,19 +142,21 @@ def follow(
         end = jnp.where(lands, segment + 1.0, walk.position + walk.step)
         end = jnp.where(first, 0.0, end)
         taken = end - walk.position
-        predicted = walk.y + jnp.where(first, 0.0, taken * tangent(walk, segment))
-        y, converged, sign, jacobian = correct(predicted, value_on(end, segment))
-        deviation = jnp.max(jnp.abs(y - predicted))
-        expected = jnp.where(first, sign, walk.sign)
-        good = converged & (deviation < _MAX_DEVIATION) & (sign == expected)
+        predicted = walk.y + jnp.where(first, 0.0, taken * walk.slope)
+        # The slope is for the segment that begins where this step ends.
+        ahead = jnp.minimum(jnp.floor(end).astype(int), segments - 1)
+        found = correct(predicted, value_on(end, segment), path[ahead + 1] - path[ahead])
+        deviation = jnp.max(jnp.abs(found.y - predicted))
+        expected = jnp.where(first, found.sign, walk.sign)
+        good = found.converged & (deviation < _MAX_DEVIATION) & (found.sign == expected)
         growth = 0.7 * jnp.sqrt(_MAX_DEVIATION / jnp.maximum(deviation, 1e-12))
         grown = jnp.where(first, first_step, jnp.clip(growth, 0.3, 3.0) * taken)
         # A short step onto a corner says nothing about the steps after it.
         grown = jnp.where(lands & (growth > 1.0), jnp.maximum(grown, walk.step), grown)
         shrunk = jnp.where(first, 0.0, 0.3 * jnp.minimum(walk.step, rest))
         return _Walk(
-            y=jnp.where(good, y, walk.y),
-            jacobian=jnp.where(good, jacobian, walk.jacobian),
+            y=jnp.where(good, found.y, walk.y),
+            slope=jnp.where(good, found.slope, walk.slope),
             position=jnp.where(good, end, walk.position),
             step=jnp.where(good, jnp.minimum(grown, 1.0), shrunk),
             sign=expected,
@@ -135,7 +166,7 @@ def follow(
     zero = jnp.zeros((), start.dtype)
     walk = _Walk(
         y=start,
-        jacobian=jnp.eye(start.size),
+        slope=jnp.zeros_like(start),
         position=zero,
         step=zero + first_step,
         sign=zero,

@@ -18,8 +18,9 @@ from ..rods.integration import DEFAULT_STEPS
 from .continuation import Track
 from .guess import at_rest, detours, from_home, from_neighbour, reaching, search
 from .measures import Measures, measures_with
-from .problem import Problem, find_root, forward_rows, imposed_coordinates, imposed_rows
+from .problem import Problem, forward_rows, imposed_coordinates, imposed_rows
 from .residual import base_wrench, leg_base
+from .roots import find_root
 from .status import SolveError, Status
 from .unknowns import State, ravel, unknown_scales, unravel
 

@@ -10,11 +10,12 @@ from jaxtyping import Array, Float
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
-from .continuation import Track, follow
+from .continuation import Corrected, Track, follow
+from .correction import settle
 from .linear import solve_with_sign
 from .measures import potential_energy
-from .problem import Problem, forward_rows, full_residual
-from .residual import leg_rows, residual
+from .problem import Problem, forward_rows
+from .residual import leg_rows, residual, units_of
 from .status import Status
 from .unknowns import State, base_freedoms, ravel, scales, unknown_scales, unravel
 
@@ -46,14 +47,19 @@ def follow_path(
     - `start`: unknowns in SI units at `corners[0]`.
     """
     units = unknown_scales(robot)
+    n_q = robot.n_a + robot.n_p
     gap = _gap(robot, start, steps)
     corners = jnp.concatenate([corners[:1], corners])
     open_ = jnp.zeros((corners.shape[0], 1)).at[0].set(1.0)
 
-    def equations(y, h):
-        return full_residual(y, Problem(robot, imposed, h[1:], h[0] * gap), steps)
+    def correct(predicted, h, dh):
+        problem = Problem(robot, imposed, h[1:], h[0] * gap)
+        # Minus the derivative of R along the path.
+        shift = jnp.concatenate([dh[0] * gap, imposed @ (dh[1:] / units[:n_q])])
+        found = settle(problem, predicted, shift[:, None], steps)
+        return Corrected(found.y, found.converged, found.sign, found.slope[:, 0])
 
-    track = follow(equations, start / units, jnp.concatenate([open_, corners], axis=1))
+    track = follow(correct, start / units, jnp.concatenate([open_, corners], axis=1))
     return track._replace(y=track.y * units)
 
 
@@ -133,7 +139,7 @@ def reaching(robot: Robot, rough: Float[Array, " n_q"], steps: int) -> Float[Arr
 
     def one(leg, q, unit):
         def rows(x):
-            return leg_rows(robot, steps, leg, q, q_p, x * unit)[0]
+            return leg_rows(robot, units_of(robot), steps, leg, q, q_p, x * unit)[0]
 
         rest = jnp.zeros(unit.size)
         J, missing = jax.jacfwd(rows)(rest), rows(rest)

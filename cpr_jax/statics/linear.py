@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float, Int
 
-from ..lanes import lanes_last
+from ..lanes import lanes_last, over_lanes
 
 _BLOCK = 64
 """Lanes worked on at a time, so that their matrices stay in the cache of a core."""
@@ -106,6 +106,17 @@ def _orthogonalise(rows, i: int, j: int):
     return rows.at[i].set(cosine * x - sine * y).at[j].set(sine * x + cosine * y)
 
 
+def eliminated(
+    matrix: Float[Array, "n n lanes"], rights: Float[Array, "n k lanes"]
+) -> tuple[Float[Array, "n k lanes"], Float[Array, " lanes"]]:
+    """`A⁻¹ B` and the sign of `det A` for arrays that have their lanes last."""
+    lanes = max(matrix.shape[-1], rights.shape[-1])
+    rows = jnp.concatenate(
+        [jnp.broadcast_to(a, (*a.shape[:2], lanes)) for a in (matrix, rights)], axis=1
+    )
+    return _in_blocks(_gauss_jordan, rows)
+
+
 def _in_blocks(function, *arrays):
     """`function` on blocks of the last axis, which is padded with copies of its last entry."""
     lanes = arrays[0].shape[-1]
@@ -125,15 +136,9 @@ def _in_blocks(function, *arrays):
     return jax.tree.map(join, out)
 
 
-@lanes_last
-def _eliminate(lift, matrix, right):
-    lanes = matrix.shape[2:] or right.shape[2:]
-    matrix, right = (
-        jnp.broadcast_to(a.reshape(*a.shape[:2], -1), (*a.shape[:2], *(lanes or (1,))))
-        for a in (matrix, right)
-    )
-    solution, sign = _in_blocks(_gauss_jordan, jnp.concatenate([matrix, right], axis=1))
-    return (solution, sign) if lanes else (solution[..., 0], sign[0])
+@over_lanes
+def _eliminate(matrix, right):
+    return eliminated(matrix, right)
 
 
 def _gauss_jordan(rows):

@@ -16,6 +16,18 @@ from ..rods.rod import Rod
 from .unknowns import State, scales
 
 
+class Units(NamedTuple):
+    """Units of the dimensionless rows: of wrenches and of motions, `(d + r,)`."""
+
+    wrench: Float[Array, "freedoms *lanes"]
+    pose: Float[Array, "freedoms *lanes"]
+
+
+def units_of(robot: Robot) -> Units:
+    """Those that belong to `scales(robot)`."""
+    return Units(scales(robot).wrench(robot), scales(robot).pose(robot))
+
+
 class LegBase(NamedTuple):
     """A leg's rod in the axes of its base, and where that base is.
 
@@ -118,8 +130,11 @@ def to_world(geometry: AbstractGeometry, base: LegBase, state: RodState) -> RodS
     )
 
 
-def leg_rows(robot: Robot, steps: int, leg: Leg, q, q_p, mu):
-    """A leg's joint rows in SI units, and the wrench that it takes from the platform at p_P."""
+def leg_rows(robot: Robot, units: Units, steps: int, leg: Leg, q, q_p, mu):
+    """A leg's joint rows, dimensionless, and the wrench that it takes from the platform at p_P.
+
+    Arrays may have further axes behind their components, for many legs and many cases at once.
+    """
     geometry = robot.geometry
     d = geometry.d
     base = leg_base(geometry, leg, q, mu)
@@ -144,12 +159,7 @@ def leg_rows(robot: Robot, steps: int, leg: Leg, q, q_p, mu):
     axes = geometry.joint_axes(released, frame, section)
     about = jnp.sum(axes * (moment + lever)[:, None], axis=0)
     transmitted = jnp.concatenate([geometry.inward(frame, tip.force), about])
-    units = scales(robot)
-    rows = jnp.where(
-        leg.joint.free > 0.5,
-        transmitted / units.wrench(robot),
-        error / units.pose(robot),
-    )
+    rows = jnp.where(leg.joint.free > 0.5, transmitted / units.wrench, error / units.pose)
     # A joint that slides takes the wrench along, away from its attachment.
     slid = geometry.outward(frame, leg.joint.free[:d] * gap)
     carried = jnp.stack(geometry.cross(arm - slid, tip.force))
@@ -166,26 +176,38 @@ def residual(
     moment at the pivot, `m(l_i) - R_i(l_i) b_i × n(l_i)`, for the legs of (15).
     """
     q = robot.transmission @ state.q_a
-    rows, wrenches = jax.vmap(lambda leg, q, mu: leg_rows(robot, steps, leg, q, state.q_p, mu))(
-        robot.legs, q, state.mu
+    units = Units(*(unit[:, None] for unit in units_of(robot)))
+    rows, wrenches = leg_rows(
+        robot,
+        units,
+        steps,
+        jax.tree.map(lambda leaf: jnp.moveaxis(leaf, 0, -1), robot.legs),
+        q,
+        state.q_p[:, None],
+        state.mu.T,
     )
+    load = platform_load(robot, state.q_p)
+    balance = (load - jnp.sum(wrenches, axis=-1)) / units_of(robot).wrench
+    return jnp.concatenate([balance[: robot.n_p], rows.T.reshape(-1)])
+
+
+def platform_load(robot: Robot, q_p: Float[Array, "n_p *lanes"]) -> Float[Array, "freedoms *lanes"]:
+    """Wrench of all loads on the platform, at `p_P`."""
     load = jnp.concatenate([robot.f_P, robot.m_P])
-    if robot.loads is not None:
-        load = load + _carried(robot, robot.loads, state.q_p)
-    balance = (load - jnp.sum(wrenches, axis=0)) / scales(robot).wrench(robot)
-    return jnp.concatenate([balance[: robot.n_p], rows.reshape(-1)])
+    if robot.loads is None:
+        return load
+    geometry, force = robot.geometry, jnp.moveaxis(robot.loads.force, 0, 1)
+    arms = jnp.moveaxis(load_arms(robot, robot.loads, q_p), 0, 1)
+    moment = jnp.stack(geometry.cross(arms, force))
+    force = jnp.broadcast_to(force, (geometry.d, *moment.shape[1:]))
+    return load + jnp.sum(jnp.concatenate([force, moment]), axis=1)
 
 
-def load_arms(robot: Robot, loads: PointLoads, q_p: Float[Array, " n_p"]) -> Float[Array, "k d"]:
+def load_arms(
+    robot: Robot, loads: PointLoads, q_p: Float[Array, "n_p *lanes"]
+) -> Float[Array, "k d *lanes"]:
     """From `p_P` to where the forces act, world axes."""
     geometry = robot.geometry
     orientation = geometry.exp(q_p[geometry.d :])
-    return jax.vmap(lambda v: jnp.stack(geometry.rotate(orientation, v)))(loads.position)
-
-
-def _carried(robot: Robot, loads: PointLoads, q_p) -> Float[Array, " freedoms"]:
-    """Resultant at `p_P` of the forces on a body."""
-    geometry = robot.geometry
-    arms = load_arms(robot, loads, q_p)
-    moments = jax.vmap(lambda arm, f: jnp.stack(geometry.cross(arm, f)))(arms, loads.force)
-    return jnp.concatenate([jnp.sum(loads.force, axis=0), jnp.sum(moments, axis=0)])
+    arms = jnp.stack(geometry.rotate(orientation, jnp.moveaxis(loads.position, 0, 1)))
+    return jnp.moveaxis(arms, 1, 0)

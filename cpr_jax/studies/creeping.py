@@ -4,7 +4,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..robots.robot import Robot
-from ..statics.advance import DEVIATION, Nearby, advance
+from ..statics.advance import Nearby, advance
+from ..statics.correction import DEVIATION
 from ..statics.status import Status
 from .parallel import in_parallel, on_devices, padded
 

@@ -13,7 +13,8 @@ from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium
-from ..statics.problem import Problem, find_root, forward_rows
+from ..statics.problem import Problem, forward_rows
+from ..statics.roots import find_root
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
 

@@ -17,7 +17,8 @@ from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium, polish
 from ..statics.measures import energy_and_bows
-from ..statics.problem import Problem, find_root, forward_rows, inverse_rows
+from ..statics.problem import Problem, forward_rows, inverse_rows
+from ..statics.roots import find_root
 from ..statics.status import Status
 from ..statics.unknowns import scales, unknown_scales
 from .parallel import in_parallel, padded

@@ -15,7 +15,7 @@ from ..analysis.expansion import Expansion, held_equations
 from ..analysis.parameters import Selection
 from ..programs import program
 from ..robots.robot import Robot
-from ..statics.continuation import follow
+from ..statics.continuation import follow, newton_corrector
 from ..statics.linear import solve_with_sign
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
@@ -203,12 +203,12 @@ def _corrected(study: Study, options: Options, rho, corrections: int, exact: boo
 def _follow_all(study: Study, options: Options, targets, patience):
     """Platforms and status at parameters to which the branch is followed from the nominal ones."""
     robot, expansion = study.robot, study.expansion
-    equations = held_equations(robot, options.selection, study.y, options.steps)
+    correct = newton_corrector(held_equations(robot, options.selection, study.y, options.steps))
     platform = slice(robot.n_a, robot.n_a + robot.n_p)
 
     def one(rho):
         way = jnp.stack([expansion.rho, rho])
-        track = follow(equations, expansion.y, way, max_steps=patience, first_step=1.0)
+        track = follow(correct, expansion.y, way, max_steps=patience, first_step=1.0)
         return (track.y * unknown_scales(robot))[platform], track.status
 
     return jax.vmap(one)(targets)

@@ -17,7 +17,8 @@ from ..errors import InputError, check_integer, shown
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium, solve_inverse
-from ..statics.problem import TOLERANCE, imposed_coordinates
+from ..statics.problem import imposed_coordinates
+from ..statics.roots import TOLERANCE
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
 from .ahead import Ahead, compile_ahead

@@ -16,7 +16,8 @@ from cpr_jax.analysis.stability import stability
 from cpr_jax.robots.catalogue import rfrfr_straight, three_rfr
 from cpr_jax.robots.robot import in_space
 from cpr_jax.statics.equilibrium import Equilibrium
-from cpr_jax.statics.problem import Problem, find_root, forward_rows, inverse_rows
+from cpr_jax.statics.problem import Problem, forward_rows, inverse_rows
+from cpr_jax.statics.roots import find_root
 from cpr_jax.statics.status import Status
 from cpr_jax.statics.unknowns import unravel
 from tests.oracles import discrete_stability

@@ -5,7 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from cpr_jax.statics.problem import Problem, find_root, inverse_rows
+from cpr_jax.statics.problem import Problem, inverse_rows
+from cpr_jax.statics.roots import find_root
 from cpr_jax.statics.status import Status
 from tests.statics.common import LANES, with_stiffness
 

@@ -9,8 +9,9 @@ import pytest
 
 from cpr_jax.robots.catalogue import three_rfr
 from cpr_jax.robots.robot import in_space
-from cpr_jax.statics.problem import Problem, find_root, forward_rows
+from cpr_jax.statics.problem import Problem, forward_rows
 from cpr_jax.statics.residual import residual
+from cpr_jax.statics.roots import find_root
 from cpr_jax.statics.status import Status
 from cpr_jax.statics.unknowns import State, ravel, unravel
 from tests.oracles import planar_shooting

@@ -5,13 +5,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from cpr_jax.statics.continuation import follow
+from cpr_jax.statics.continuation import follow, newton_corrector
 from cpr_jax.statics.status import Status
 
 
 def track(equations, start, path, **options):
     """One run, compiled."""
-    run = jax.jit(lambda y, h: follow(equations, y, h, **options))
+    run = jax.jit(lambda y, h: follow(newton_corrector(equations), y, h, **options))
     return run(jnp.asarray(start, float), jnp.asarray(path, float))
 
 
@@ -99,7 +99,8 @@ def test_lanes_follow_their_own_paths():
     """In a batch, a lane that is lost holds up none that is not."""
 
     def one(end):
-        return follow(lambda y, h: y**2 + h, jnp.ones(1), jnp.array([[-1.0], [0.0]]).at[1].set(end))
+        correct = newton_corrector(lambda y, h: y**2 + h)
+        return follow(correct, jnp.ones(1), jnp.array([[-1.0], [0.0]]).at[1].set(end))
 
     ends = jnp.array([-4.0, 1.0, -0.25, jnp.nan])
     found = jax.jit(jax.vmap(one))(ends)

@@ -8,7 +8,8 @@ import pytest
 
 from cpr_jax.robots.catalogue import rfrfr
 from cpr_jax.statics.equilibrium import solve_forward, solve_inverse
-from cpr_jax.statics.problem import Problem, find_root, forward_rows
+from cpr_jax.statics.problem import Problem, forward_rows
+from cpr_jax.statics.roots import find_root
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,8 @@ from cpr_jax.robots.robot import make_robot
 from cpr_jax.rods.rod import Rod, kirchhoff_rod
 from cpr_jax.statics.equilibrium import solve_forward
 from cpr_jax.statics.measures import measure
-from cpr_jax.statics.problem import Problem, find_root, forward_rows
+from cpr_jax.statics.problem import Problem, forward_rows
+from cpr_jax.statics.roots import find_root
 from cpr_jax.statics.status import Status
 from cpr_jax.statics.unknowns import State, ravel
 

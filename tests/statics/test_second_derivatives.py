@@ -6,7 +6,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from cpr_jax.statics.problem import Problem, find_root, inverse_rows
+from cpr_jax.statics.problem import Problem, inverse_rows
+from cpr_jax.statics.roots import find_root
 from tests.statics.common import with_stiffness
 
 POINT = (0.03, 0.19)

@@ -1,0 +1,160 @@
+"""Programs in which XLA calculates no value twice.
+
+Where several results need one value, XLA's CPU back end copies its calculation into the loop of
+each of them, and so do those that need these: in long algebra on small vectors the work grows
+without bound. `once` cuts a function where values are shared.
+"""
+
+import functools
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import jax
+from jax.experimental.xla_metadata import set_xla_metadata
+from jax.extend import core
+
+_VIEWS = frozenset({"broadcast_in_dim", "convert_element_type", "reshape", "slice", "squeeze"})
+"""What moves values without calculating: rather done again than stored."""
+
+_LEAST = 8
+"""Operations on an element that are rather repeated than their result stored and read again."""
+
+_APART = frozenset({"dot_general", "dynamic_slice", "dynamic_update_slice", "gather", "sort"})
+"""What is not part of a loop over elements."""
+
+_CALLS = {
+    "jit": "jaxpr",
+    "pjit": "jaxpr",
+    "closed_call": "call_jaxpr",
+    "custom_jvp_call": "call_jaxpr",
+    "custom_vjp_call": "call_jaxpr",
+    "custom_vmap_call": "call",
+}
+
+_LOOPS = {"scan": "jaxpr", "while": "body_jaxpr"}
+
+
+def once(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The same function, each shared value of which is calculated once and kept in memory.
+
+    Between two of these values a program is one loop over elements. Loops are entered, and calls
+    are inlined; the result is no longer to be differentiated or batched by custom rules.
+    """
+
+    @functools.wraps(function)
+    def calculated(*args):
+        if jax.default_backend() != "cpu":
+            return function(*args)
+        program, shape = jax.make_jaxpr(function, return_shape=True)(*args)
+        values = _finished(program, jax.tree.leaves(args))
+        return jax.tree.unflatten(jax.tree.structure(shape), values)
+
+    return calculated
+
+
+class _Pending:
+    """An operation that its only reader will carry out."""
+
+    def __init__(self, equation, inputs):
+        self.equation, self.inputs = equation, inputs
+        self.value: Any = None
+        self.effort = sum(entry.effort for entry in inputs if _is_pending(entry))
+        self.effort += _name(equation) not in _VIEWS
+
+    def bind(self, *values):
+        return self.equation.primitive.bind(*values, **self.equation.params)
+
+
+def _finished(program, args) -> list:
+    return [_value(entry) for entry in _evaluate(program.jaxpr, program.consts, args)]
+
+
+def _evaluate(jaxpr, constants, args) -> list:
+    """Values, or what they are pending on, of a program's results."""
+    uses = Counter(
+        variable
+        for variables in (*(equation.invars for equation in jaxpr.eqns), jaxpr.outvars)
+        for variable in variables
+        if not isinstance(variable, core.Literal)
+    )
+    known: dict[Any, Any] = {}
+
+    def put(variable, entry):
+        known[variable] = entry
+        if _is_pending(entry) and (uses[variable] - 1) * entry.effort > _LEAST:
+            _value(entry)
+
+    def get(variable):
+        return variable.val if isinstance(variable, core.Literal) else known[variable]
+
+    for variable, entry in zip(jaxpr.constvars, constants, strict=True):
+        known[variable] = entry
+    for variable, entry in zip(jaxpr.invars, args, strict=True):
+        put(variable, entry)
+    for equation in jaxpr.eqns:
+        results = _results(equation, [get(variable) for variable in equation.invars])
+        for variable, entry in zip(equation.outvars, results, strict=True):
+            put(variable, entry)
+    return [get(variable) for variable in jaxpr.outvars]
+
+
+def _results(equation, inputs) -> list:
+    name, primitive = _name(equation), equation.primitive
+    if name in _CALLS:
+        inner = equation.params[_CALLS[name]]
+        return _evaluate(inner.jaxpr, inner.consts, inputs)
+    if primitive.multiple_results or name in _APART:
+        params = dict(equation.params)
+        if name in _LOOPS:
+            params[_LOOPS[name]] = _in_loop(params[_LOOPS[name]])
+        results = primitive.bind(*(_value(entry) for entry in inputs), **params)
+        return results if primitive.multiple_results else [results]
+    return [_Pending(equation, inputs)]
+
+
+def _in_loop(body):
+    """The body of a loop, rewritten likewise."""
+    return jax.make_jaxpr(lambda *args: _finished(body, args))(*body.in_avals)
+
+
+def _name(equation) -> str:
+    return equation.primitive.name
+
+
+def _is_pending(entry) -> bool:
+    return isinstance(entry, _Pending) and entry.value is None
+
+
+def _value(entry):
+    """What an entry is, calculated in one loop with all that it is pending on."""
+    if not isinstance(entry, _Pending):
+        return entry
+    if entry.value is None:
+        sources: dict[int, Any] = {}
+        _gather(entry, sources)
+
+        def together(values):
+            found = dict(zip(sources, values, strict=True))
+            return _carried_out(entry, found)
+
+        # XLA inlines every call but one that is marked so.
+        with set_xla_metadata(inlineable="false"):
+            entry.value = jax.jit(together)([_value(source) for source in sources.values()])
+    return entry.value
+
+
+def _gather(entry, sources) -> None:
+    """Finds the values that an operation starts from; constants stay a part of it."""
+    if _is_pending(entry):
+        for source in entry.inputs:
+            _gather(source, sources)
+    elif isinstance(entry, (_Pending, jax.core.Tracer)):
+        sources[id(entry)] = entry
+
+
+def _carried_out(entry, found):
+    if id(entry) in found or not isinstance(entry, _Pending):
+        return found.get(id(entry), entry)
+    found[id(entry)] = entry.bind(*(_carried_out(source, found) for source in entry.inputs))
+    return found[id(entry)]

@@ -1,0 +1,146 @@
+"""Newton's method for many cases at once: few Jacobians, each used for several corrections."""
+
+import functools
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import lax
+from jaxtyping import Array, Bool, Float
+
+from ..lanes import over_lanes
+from .arrow import Parts, System
+from .problem import Problem
+from .residual import units_of
+from .unknowns import unknown_scales
+
+DEVIATION = 0.03
+"""Largest distance of a solution from its prediction, in dimensionless unknowns."""
+
+_CLOSE = 1e-9
+_ITERATIONS = 6
+
+_SLACK = 1e-4
+"""How far from a solution its slopes and its sign may be taken, in dimensionless unknowns."""
+
+
+class Settled(NamedTuple):
+    """Where a prediction has led, in dimensionless unknowns.
+
+    **Attributes:**
+
+    - `y`: the unknowns.
+    - `converged`: whether they solve the equations, wherever they are.
+    - `deviation`: largest distance of an unknown from its prediction.
+    - `sign`: of `det ∂R/∂y`.
+    - `slope`: `(∂R/∂y)⁻¹` times the right-hand sides that were given.
+    """
+
+    y: Float[Array, " n_y"]
+    converged: Bool[Array, ""]
+    deviation: Float[Array, ""]
+    sign: Float[Array, ""]
+    slope: Float[Array, "n_y k"]
+
+
+def settle(
+    problem: Problem,
+    guess: Float[Array, " n_y"],
+    rights: Float[Array, "n_y k"],
+    steps: int,
+    chords: int = 0,
+) -> Settled:
+    """Newton's method from a prediction, undamped. It is given up beyond `DEVIATION`.
+
+    **Arguments:**
+
+    - `guess`: dimensionless unknowns.
+    - `rights`: right-hand sides for `slope`, in the order of R.
+    - `chords`: corrections that use a Jacobian again: they make batches faster, programs larger.
+    """
+
+    def unfinished(state):
+        now, moved, count = state
+        near = jnp.max(jnp.abs(now.y - guess)) < DEVIATION
+        return (count < _ITERATIONS) & ((now.residual > _CLOSE) | (moved > _SLACK)) & near
+
+    def newton(state):
+        before, _, count = state
+        now = _correct(problem, before.y, rights, steps, chords)
+        return now, jnp.max(jnp.abs(now.y - before.y)), count + 1
+
+    one = jnp.ones((), guess.dtype)
+    first = _Corrected(guess, jnp.inf * one, one, jnp.zeros(rights.shape, guess.dtype))
+    now, _, _ = lax.while_loop(unfinished, newton, (first, jnp.inf * one, jnp.array(0)))
+    # Below the tolerance, the last change of y has squared the error once more.
+    converged = (now.residual <= _CLOSE) & jnp.all(jnp.isfinite(now.y))
+    return Settled(now.y, converged, jnp.max(jnp.abs(now.y - guess)), now.sign, now.slope)
+
+
+def linearised(
+    problem: Problem, y: Float[Array, " n_y"], steps: int
+) -> tuple[Float[Array, " n_y"], Float[Array, "n_y n_y"]]:
+    """`R(y, ρ)` at dimensionless unknowns, and `∂R/∂y`; neither is differentiated."""
+    robot = problem.robot
+    return _linearised(steps)(problem, (unknown_scales(robot), units_of(robot)), y)
+
+
+class _Corrected(NamedTuple):
+    """As `Settled`, after one iteration; `residual` is from before the last change of y."""
+
+    y: Float[Array, " n_y"]
+    residual: Float[Array, ""]
+    sign: Float[Array, ""]
+    slope: Float[Array, "n_y k"]
+
+
+def _correct(problem: Problem, y, rights, steps: int, chords: int) -> _Corrected:
+    robot = problem.robot
+    return _correction(steps, chords)(problem, (unknown_scales(robot), units_of(robot)), y, rights)
+
+
+@functools.cache
+def _correction(steps: int, chords: int):
+    @over_lanes
+    def kernel(problem, scaling, y, rights):
+        """One iteration, then corrections with the same Jacobian."""
+        system = System(problem, *scaling, steps)
+        start = system.unknowns(y)
+        values, inverse = system.inverted(start)
+
+        def unfinished(state):
+            count, _, left = state
+            return (count < chords) & jnp.any(left > _CLOSE)
+
+        def chord(state):
+            count, now, left = state
+            values = system.values(now)
+            going = left > _CLOSE
+            now = _changed(now, inverse.of(values), going)
+            return count + 1, now, jnp.where(going, values.largest(), left)
+
+        left = values.largest()
+        now = _changed(start, inverse.of(values), jnp.ones(left.shape, bool))
+        if chords > 0:
+            _, now, left = lax.while_loop(unfinished, chord, (0, now, left))
+        slope = jax.vmap(
+            lambda right: inverse.of(system.rows(right)).flat(), in_axes=1, out_axes=1
+        )(rights)
+        return _Corrected(now.flat(), left, inverse.sign, slope)
+
+    return kernel
+
+
+def _changed(y: Parts, change: Parts, where: Bool[Array, " lanes"]) -> Parts:
+    return jax.tree.map(lambda y, dy: jnp.where(where, y - dy, y), y, change)
+
+
+@functools.cache
+def _linearised(steps: int):
+    @over_lanes
+    def kernel(problem, scaling, y):
+        system = System(problem, *scaling, steps)
+        values, blocks = system.linearised(system.unknowns(y))
+        return system.in_rows(values), system.matrix(blocks)
+
+    return kernel
