@@ -191,11 +191,11 @@ def test_leg_that_turns_about_itself(joint: Any, base_joint: Any, spins: bool) -
 
 
 def test_parameter_dimensions() -> None:
-    assert parameter_dimension("k_b2", "plane", 2).unit == "N*m^2"
-    assert parameter_dimension("kappa1", "plane", 1).unit == "rad/m"
-    assert parameter_dimension("m_P_x", "plane", 1).unit == "N*m"
-    assert parameter_dimension("base1_x", "space", 1).unit == "m"
-    assert "k_t1" in parameter_dimensions("space", 1)
+    assert parameter_dimension("k_b2", "plane", [1, 1]).unit == "N*m^2"
+    assert parameter_dimension("kappa1", "plane", [1]).unit == "rad/m"
+    assert parameter_dimension("m_P_x", "plane", [1]).unit == "N*m"
+    assert parameter_dimension("base1_x", "space", [1]).unit == "m"
+    assert "k_t1" in parameter_dimensions("space", [1])
     for label, geometry in [
         ("k_b3", "plane"),
         ("k_t1", "plane"),
@@ -203,4 +203,4 @@ def test_parameter_dimensions() -> None:
         ("", "space"),
     ]:
         with pytest.raises(InputError, match=r"^Argument `label` must be named after a parameter"):
-            parameter_dimension(label, geometry, 2)
+            parameter_dimension(label, geometry, [1, 1])
