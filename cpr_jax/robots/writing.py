@@ -186,12 +186,13 @@ def _segments(rod: Rod) -> list[Rod]:
     if not rest:
         return [first]
     beyond = functools.reduce(operator.add, (part.length for part in rest))
-    whole = np.asarray(rod.length)
+    whole = np.asarray(rod.length)[()]
     near = whole - beyond
-    for length in (near, np.nextafter(near, 0.0), np.nextafter(near, np.inf)):
-        if length + beyond == whole:
-            first = dataclasses.replace(first, length=length)
-    return [first, *rest]
+    # The difference has digits that nobody wrote.
+    shorter = [type(near)(f"{near:.{digits}g}") for digits in range(1, 18)]
+    neighbours = np.nextafter(near, 0.0), np.nextafter(near, np.inf)
+    fits = (length for length in (*shorter, *neighbours) if length + beyond == whole)
+    return [dataclasses.replace(first, length=next(fits, near)), *rest]
 
 
 def _rod(rod: Rod) -> Iterator[str]:
