@@ -102,6 +102,11 @@ def _integrate(geometry, steps, readout, rod, force, moment):
 
 def _solve(geometry, steps, readout, rod, force, moment):
     """One integration by diffrax, for a single rod, on components."""
+    segments = None
+    if rod.further is None:
+        rod = _components(rod)
+    else:
+        segments = segments_of(rod)
     zero = jnp.zeros_like(rod.length)
     start = RodState(
         position=(zero,) * geometry.d,
@@ -121,7 +126,6 @@ def _solve(geometry, steps, readout, rod, force, moment):
 
     def cross(y, rod):
         """From one end of a uniform rod to the other, and what is met on the way."""
-        rod = jax.tree.map(lambda leaf: tuple(leaf) if leaf.ndim else leaf, rod)
 
         def vector_field(t, y, args):
             state, quadratures = structure.unflatten(y)
@@ -144,22 +148,22 @@ def _solve(geometry, steps, readout, rod, force, moment):
 
         return jax.lax.scan(advance, y, jnp.arange(float(steps)))
 
-    if rod.further is None:
+    if segments is None:
         ys, along = cross(y0, rod)
     else:
         # A loop over the segments: the compiled program does not grow with their number.
         def cross_segment(y, segment):
-            end, along = cross(y, segment)
+            end, along = cross(y, _components(segment))
             return end, along if whole else end
 
-        ys, along = jax.lax.scan(cross_segment, y0, segments_of(rod))
+        ys, along = jax.lax.scan(cross_segment, y0, segments)
         along = [values.reshape(-1) for values in along]
     if whole:
         ys = [jnp.append(first, rest) for first, rest in zip(y0, along, strict=True)]
     state, quadratures = structure.unflatten(ys)
     if readout is Readout.ENERGY:
         positions = jnp.stack(quadratures[1:])
-        if rod.further is not None:
+        if segments is not None:
             _, ends = structure.unflatten(along)
             positions = jnp.diff(jnp.stack(ends[1:], axis=-1), axis=0, prepend=0.0)
         return quadratures[0], positions
@@ -168,6 +172,11 @@ def _solve(geometry, steps, readout, rod, force, moment):
         state = state._replace(force=kept)
     state = state._replace(rotation=geometry.normalise(state.rotation))
     return RodState(*(jnp.stack(part, axis=-1) for part in state))
+
+
+def _components(rod):
+    """A rod on scalars: vectors become tuples."""
+    return jax.tree.map(lambda leaf: tuple(leaf) if leaf.ndim else leaf, rod)
 
 
 @functools.cache

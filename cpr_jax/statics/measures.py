@@ -133,13 +133,13 @@ def motor_torques(robot: Robot, y: Float[Array, " n_y"]) -> Float[Array, " n_a"]
 
 class _Rods(NamedTuple):
     """Of each rod: where its base is, its length, elastic energy, integral `∫ p ds` of its
-    positions, and `∫ f · p ds` of its distributed force, `None` without one."""
+    positions, and the work `∫ f p ds` of its distributed force, component by component."""
 
     bases: Float[Array, "n d"]
     lengths: Float[Array, " n"]
     energies: Float[Array, " n"]
     positions: Float[Array, "n d"]
-    loads: Float[Array, " n"] | None
+    work: Float[Array, "n d"] | None
 
 
 def _rods(robot: Robot, y: Float[Array, " n_y"], steps: int) -> _Rods:
@@ -154,14 +154,14 @@ def _rods(robot: Robot, y: Float[Array, " n_y"], steps: int) -> _Rods:
         if rod.further is None:
             turned = jnp.stack(geometry.rotate(base.rotation, positions))
             positions = base.position * length + turned
-            loads = None if rod.force is None else jnp.sum(rod.force * positions)
-            return _Rods(base.position, length, energy, positions, loads)
+            work = None if rod.force is None else rod.force * positions
+            return _Rods(base.position, length, energy, positions, work)
         lengths = segments_of(base.rod).length
         turned = jax.vmap(lambda p: geometry.outward(frame, p))(positions)
         positions = base.position * lengths[:, None] + turned
         force = segments_of(rod).force
-        loads = None if force is None else jnp.sum(force * positions)
-        return _Rods(base.position, length, energy, jnp.sum(positions, axis=0), loads)
+        work = None if force is None else jnp.sum(force * positions, axis=0)
+        return _Rods(base.position, length, energy, jnp.sum(positions, axis=0), work)
 
     return jax.vmap(one)(robot.legs, robot.transmission @ state.q_a, state.mu)
 
@@ -186,8 +186,8 @@ def _energy(robot: Robot, y: Float[Array, " n_y"], rods: _Rods) -> Float[Array, 
     geometry = robot.geometry
     q_p = unravel(robot, y).q_p
     energy = jnp.sum(rods.energies)
-    if rods.loads is not None:
-        energy -= jnp.sum(rods.loads)
+    if rods.work is not None:
+        energy -= jnp.sum(rods.work)
     energy -= robot.f_P @ q_p[: geometry.d]
     if robot.loads is not None:
         points = q_p[: geometry.d] + load_arms(robot, robot.loads, q_p)
