@@ -53,11 +53,13 @@ from .robots.robot import Robot as Robot
 from .robots.robot import in_space as in_space
 from .robots.robot import make_robot as make_robot
 from .rods.rod import Rod as Rod
+from .rods.rod import Segments as Segments
 from .rods.rod import kirchhoff_rod as kirchhoff_rod
 from .rods.rod import section_rod as section_rod
 from .rods.section import Material as Material
 from .rods.section import circle as circle
 from .rods.section import rectangle as rectangle
+from .rods.segments import segmented_rod as segmented_rod
 from .statics.equilibrium import Equilibrium as Equilibrium
 from .statics.equilibrium import solve_forward as solve_forward
 from .statics.equilibrium import solve_inverse as solve_inverse

@@ -6,12 +6,16 @@ from collections.abc import Mapping, Sequence
 from operator import attrgetter
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import InputError
 from ..geometry import namespace
+from ..robots.labels import segment_missing
 from ..robots.robot import Robot
+from ..rods.segments import first_length
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,6 +50,22 @@ class Entry:
 
 
 @dataclasses.dataclass(frozen=True)
+class SegmentLength(Entry):
+    """The length of one segment of a rod; the others keep theirs, the whole rod changes."""
+
+    def get(self, robot: Robot) -> Float[Array, ""]:
+        if self.path == _LENGTH:
+            return first_length(robot.legs.rod)[self.index]
+        return super().get(robot)
+
+    def set(self, robot: Robot, value: Float[Array, ""]) -> Robot:
+        whole = robot.legs.rod.length.at[self.index[0]].add(value - self.get(robot))
+        if self.path != _LENGTH:
+            robot = super().set(robot, value)
+        return eqx.tree_at(attrgetter(_LENGTH), robot, whole)
+
+
+@dataclasses.dataclass(frozen=True)
 class Selection:
     """An ordered choice of a robot's numbers. Hashable: serves as a static argument."""
 
@@ -72,12 +92,14 @@ class Selection:
         return robot
 
 
+_LENGTH = "legs.rod.length"
+
 # Name: (path, index behind the leg's, reciprocal, unit). `i` is a leg, `axis` a world axis.
 _LEG = {
     "k_b": ("legs.rod.curvature_compliance", (-1,), True, "N m^2"),
     "r_c": ("legs.rod.precurvature", (-1,), True, "m"),
     "kappa": ("legs.rod.precurvature", (-1,), False, "1/m"),
-    "l": ("legs.rod.length", (), False, "m"),
+    "l": (_LENGTH, (), False, "m"),
     "a": ("legs.a", (0,), False, "m"),
     "b": ("legs.b", (0,), False, "m"),
 }
@@ -91,8 +113,8 @@ _AXIS = {
     "f": ("legs.rod.force", "N/m"),
 }
 _PATH = re.compile(r"([a-z][\w.]*)\[([\d, ]*)\]")
-_LEG_LABEL = re.compile(r"(k_b|k_t|k_2|k_3|r_c|kappa|l|a|b)(\d+)")
-_AXIS_LABEL = re.compile(r"(base|f)(\d+)_([xyz])")
+_LEG_LABEL = re.compile(r"(k_b|k_t|k_2|k_3|r_c|kappa|l|a|b)(\d+)(?:_(\d+))?")
+_AXIS_LABEL = re.compile(r"(base|f)(\d+)(?:_(\d+))?_([xyz])")
 _LOAD_LABEL = re.compile(r"(f_P|m_P)_([xyz])")
 
 
@@ -103,9 +125,10 @@ def select(robot: Robot, labels: Sequence[str] | None = None) -> Selection:
 
     - `labels`: `k_b1` (bending stiffness of leg 1), `r_c1` (radius of precurvature), `kappa1`
         (precurvature), `l1`, `a1`, `b1` (lengths), `base1_y` (motor position), `f1_y`
-        (distributed load), `f_P_y`, `m_P_x` (load), in space `k_t1`, `k_21`; or any array of
-        the robot with an index, such as `legs.joint.lever[0]`. Legs count from 1, indices
-        from 0.
+        (distributed load), `f_P_y`, `m_P_x` (load), in space `k_t1`, `k_21`; of a rod with
+        further segments `k_b1_2` (of leg 1, segment 2), `r_c1_2`, `kappa1_2`, `l1_2`, `f1_2_y`;
+        or any array of the robot with an index, such as `legs.joint.lever[0]`. Legs and segments
+        count from 1, indices from 0.
     """
     if labels is None:
         labels = tuple(robot.uncertainty)
@@ -166,10 +189,13 @@ def _named(robot: Robot, label: str) -> Entry | None:
     of_legs = _LEG | (_SPATIAL_LEG if robot.geometry.r == 3 else {})
     if (match := _LEG_LABEL.fullmatch(label)) and match[1] in of_legs:
         path, rest, reciprocal, unit = of_legs[match[1]]
-        return Entry(label, path, (_leg_index(match[2]), *rest), reciprocal, unit)
-    if (match := _AXIS_LABEL.fullmatch(label)) and match[3] in axes:
+        kind = SegmentLength if path == _LENGTH and match[3] else Entry
+        path, index = _place(robot, label, path, _index(match[2]), match[3])
+        return kind(label, path, (*index, *rest), reciprocal, unit)
+    if (match := _AXIS_LABEL.fullmatch(label)) and match[4] in axes:
         path, unit = _AXIS[match[1]]
-        return Entry(label, path, (_leg_index(match[2]), axes.index(match[3])), False, unit)
+        path, index = _place(robot, label, path, _index(match[2]), match[3])
+        return Entry(label, path, (*index, axes.index(match[4])), False, unit)
     if match := _LOAD_LABEL.fullmatch(label):
         force = match[1] == "f_P"
         among = axes if force else robot.geometry.rotation_axes
@@ -179,9 +205,40 @@ def _named(robot: Robot, label: str) -> Entry | None:
     return None
 
 
-def _leg_index(number: str) -> int:
-    # Leg 0 does not exist; an index out of range says so.
-    return int(number) - 1 if int(number) > 0 else 10**6
+def segment_count(robot: Robot, leg: int) -> int | None:
+    """How many segments the rod of leg `leg`, counted from 0, has; `None` while it is traced."""
+    further = robot.legs.rod.further
+    if further is None:
+        return 1
+    if isinstance(further.length, jax.core.Tracer):
+        return None
+    return 1 + int(np.count_nonzero(np.asarray(further.length)[leg]))
+
+
+def _place(robot: Robot, label: str, path: str, leg: int, segment: str | None):
+    """Where a number of a leg, or of a segment of its rod, is: path and first indices."""
+    if not path.startswith("legs.rod.") or leg >= robot.n:
+        return path, (_NOWHERE if segment else leg,)
+    count = segment_count(robot, leg)
+    if segment is None and count is not None and count > 1:
+        raise segment_missing(label, leg + 1, count, "parameters")
+    if segment is None:
+        return path, (leg,)
+    # A uniform rod has no segments that one could name.
+    k = _index(segment)
+    if count is not None and (count == 1 or k >= count):
+        k = _NOWHERE
+    if k == 0:
+        return path, (leg,)
+    return path.replace("rod.", "rod.further."), (leg, k - 1)
+
+
+_NOWHERE = 10**6
+"""Legs and segments with the number 0 do not exist; an index out of range says so."""
+
+
+def _index(number: str) -> int:
+    return int(number) - 1 if int(number) > 0 else _NOWHERE
 
 
 def _by_path(label: str) -> Entry | None:

@@ -12,6 +12,7 @@ from ..errors import InputError
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS, rod_shape
+from ..rods.segments import arc_lengths, segments_of
 from ..statics.equilibrium import Equilibrium
 from ..statics.linear import inverse
 from ..statics.measures import motor_torques
@@ -22,7 +23,7 @@ from ..statics.unknowns import (
     unknown_scales,
     unravel,
 )
-from .parameters import Selection, ranges, select
+from .parameters import Selection, ranges, segment_count, select
 
 
 class Hold(enum.Enum):
@@ -211,7 +212,7 @@ class LegSensitivity(eqx.Module):
 
     **Attributes:**
 
-    - `s`: arc length, m, shape `(points,)`.
+    - `s`: arc length, m, with what is fed, shape `(points,)`.
     - `Pi`: shape `(points, n_x, n_ρ)`; rows as `rows`: position, rotation (of the
         cross-section, rad, world axes), force, moment.
     - `rows`, `columns`: labels.
@@ -235,16 +236,24 @@ def leg_sensitivity(
     **Arguments:**
 
     - `parameters`: labels of this leg's parameters; by default `k_b` and `r_c` of the leg (its
-        precurvature `kappa` where it is straight).
-    - `points`: number of equidistant arc lengths.
+        precurvature `kappa` where it is straight), or of each segment of its rod.
+    - `points`: number of equidistant arc lengths; of a rod with further segments, in each of them,
+        both ends of which are among them.
     """
     if not 1 <= leg <= robot.n:
         raise InputError(f"Argument `leg` must be between 1 and {robot.n}, but it is {leg}.")
     if parameters is None:
-        curved = float(robot.legs.rod.precurvature[leg - 1, -1]) != 0.0
-        parameters = (f"k_b{leg}", f"{'r_c' if curved else 'kappa'}{leg}")
+        rests = segments_of(robot.leg(leg - 1).rod).precurvature[: segment_count(robot, leg - 1)]
+        names = [f"{leg}"] if len(rests) == 1 else [f"{leg}_{j + 1}" for j in range(len(rests))]
+        parameters = tuple(
+            f"{kind}{name}"
+            for name, rest in zip(names, rests, strict=True)
+            for kind in ("k_b", "r_c" if float(rest[-1]) != 0.0 else "kappa")
+        )
     selection = select(robot, parameters)
-    Pi = _along_leg(robot, equilibrium.y, selection, leg - 1, points - 1)
+    s, Pi = _along_leg(robot, equilibrium.y, selection, leg - 1, points - 1)
+    # What follows are the segments that only other legs have.
+    nodes = 1 + (segment_count(robot, leg - 1) or len(s)) * (points - 1)
     geometry = robot.geometry
     rows = (
         *(f"p_{axis}" for axis in geometry.axes),
@@ -252,8 +261,7 @@ def leg_sensitivity(
         *(f"n_{axis}" for axis in geometry.axes),
         *(f"m_{axis}" for axis in geometry.rotation_axes),
     )
-    s = jnp.linspace(0.0, 1.0, points) * robot.legs.rod.length[leg - 1]
-    return LegSensitivity(s=s, Pi=Pi, rows=rows, columns=selection.labels)
+    return LegSensitivity(s=s[:nodes], Pi=Pi[:nodes], rows=rows, columns=selection.labels)
 
 
 @program
@@ -281,4 +289,4 @@ def _along_leg(robot, y, selection: Selection, leg: int, steps: int):
         )(varied.rotation, nominal.rotation)
         return jnp.concatenate([varied.position, turn, varied.force, varied.moment], axis=1)
 
-    return jax.jacfwd(deviation)(rho)
+    return arc_lengths(fixed.rod, steps), jax.jacfwd(deviation)(rho)

@@ -1,5 +1,7 @@
 """Stability: how many directions lower the potential energy with the motors held."""
 
+import dataclasses
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -12,6 +14,7 @@ from ..robots.robot import Robot
 from ..rods.equations import RodState
 from ..rods.integration import DEFAULT_STEPS, rod_tip
 from ..rods.rod import Rod
+from ..rods.segments import segments_of
 from ..statics.equilibrium import Equilibrium
 from ..statics.linear import inverse_with_sign, negative_eigenvalues
 from ..statics.residual import LegBase, base_wrench, leg_base, load_arms, to_world
@@ -71,8 +74,8 @@ def _stability(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Stability:
 def count_unstable(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[Stability, RodState]:
     """`stability` at the unknowns `y`, for one configuration; not compiled by itself.
 
-    **Returns:** also the states at the `steps + 1` ends of the pieces of each rod, in world axes,
-    stacked by leg.
+    **Returns:** also the states at the ends of the pieces of each rod, in world axes, stacked by
+    leg: `steps` in each segment, and the first.
     """
     robot, y = jax.lax.stop_gradient((robot, y))
     geometry = robot.geometry
@@ -154,23 +157,25 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[S
 def _pieces(geometry: AbstractGeometry, leg: Leg, q, mu, steps: int):
     """Tangents of the pieces into which the steps cut a rod, their ends and its tip, world axes.
 
+    Each segment of a rod is cut into `steps` pieces.
+
     Of each piece `∂(p, φ, n, m)` at its end in `(φ, n, m)` at its start, the start's position
     held. In space moments are taken with half the turn of their axes, `δm - ½ δφ × m`: position
     and momentum in this sense are conjugate, so that flexibilities are symmetric.
     """
     d, r = geometry.d, geometry.r
     base = leg_base(geometry, leg, q, mu)
-    load, couple = leg.rod.force, leg.rod.moment
 
-    def move(change, start: RodState):
+    def move(change, start: RodState, segment: Rod):
         turn, n, m = jnp.split(change, [r, r + d])
         rotation = geometry.compose(geometry.exp(turn), start.rotation)
         moment = start.moment + m + 0.5 * _turned(geometry, turn, start.moment)
+        load, couple = segment.force, segment.moment
         rod = Rod(
-            length=base.rod.length / steps,
-            curvature_compliance=leg.rod.curvature_compliance,
-            precurvature=leg.rod.precurvature,
-            strain_compliance=leg.rod.strain_compliance,
+            length=segment.length / steps,
+            curvature_compliance=segment.curvature_compliance,
+            precurvature=segment.precurvature,
+            strain_compliance=segment.strain_compliance,
             force=None if load is None else jnp.stack(geometry.unrotate(rotation, load)),
             moment=None if couple is None else jnp.stack(geometry.to_local(rotation, couple)),
         )
@@ -191,13 +196,21 @@ def _pieces(geometry: AbstractGeometry, leg: Leg, q, mu, steps: int):
         moment = last.moment - 0.5 * _turned(geometry, turn, end.moment)
         return jnp.concatenate([last.position, turn, last.force, moment]), end
 
-    def forward(start: RodState, _):
-        tangents, end = jax.jacfwd(move, has_aux=True)(jnp.zeros(d + 2 * r), start)
+    whole = dataclasses.replace(leg.rod, length=base.rod.length)
+    segments = None
+    if whole.further is not None:
+        segments = jax.tree.map(lambda leaf: jnp.repeat(leaf, steps, axis=0), segments_of(whole))
+
+    def forward(start: RodState, segment: Rod | None):
+        segment = whole if segment is None else segment
+        tangents, end = jax.jacfwd(move, has_aux=True)(jnp.zeros(d + 2 * r), start, segment)
         return end, (tangents, end)
 
     force, moment = jnp.split(base_wrench(geometry, base), [d])
     start = RodState(base.position, jnp.stack(base.rotation), force, moment)
-    tip, (tangents, ends) = jax.lax.scan(forward, start, length=steps)
+    tip, (tangents, ends) = jax.lax.scan(
+        forward, start, segments, length=steps if segments is None else None
+    )
     nodes = jax.tree.map(lambda first, rest: jnp.concatenate([first[None], rest]), start, ends)
     return tangents, nodes, tip
 

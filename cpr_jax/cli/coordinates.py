@@ -16,13 +16,14 @@ class Coordinates:
 
     **Attributes:**
 
-    - `geometry`: "plane" or "space"; `legs`: how many.
+    - `geometry`: "plane" or "space".
+    - `segments`: how many the rod of each leg has.
     - `platform`: positions, called by their axes, then the rotation vector of a body.
     - `motors`: `q1` and so on.
     """
 
     geometry: str
-    legs: int
+    segments: tuple[int, ...]
     platform: dict[str, Dimension]
     motors: dict[str, Dimension]
 
@@ -82,11 +83,12 @@ class Coordinates:
 def coordinates_of(robot: CatalogueEntry | RobotSpecification) -> Coordinates:
     """The coordinates of a robot of the catalogue or of a robot file."""
     if isinstance(robot, CatalogueEntry):
-        kind, legs = robot.platform, len(robot.motors)
+        kind, segments = robot.platform, (1,) * len(robot.motors)
     else:
-        kind, legs = robot.platform.kind, len(robot.legs)
+        kind = robot.platform.kind
+        segments = tuple(len(leg.segments) for leg in robot.legs)
     platform = {axis: LENGTH for axis in AXES[robot.geometry]}
     if kind == "body":
         platform |= {f"phi_P_{axis}": ANGLE for axis in ROTATION_AXES[robot.geometry]}
     motors = {f"q{i}": ANGLE if turns else LENGTH for i, turns in enumerate(robot.turning, 1)}
-    return Coordinates(robot.geometry, legs, platform, motors)
+    return Coordinates(robot.geometry, segments, platform, motors)

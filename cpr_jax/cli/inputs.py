@@ -3,6 +3,7 @@
 import argparse
 import dataclasses
 import os
+from collections.abc import Sequence
 
 from ..errors import InputError
 from ..robots.labels import parameter_dimension
@@ -37,12 +38,12 @@ def check(arguments: argparse.Namespace) -> Request:
     """Checks the arguments that name a robot, a configuration and parameters."""
     robot = _robot(arguments.robot)
     coordinates = coordinates_of(robot)
-    geometry, legs = coordinates.geometry, coordinates.legs
+    geometry, segments = coordinates.geometry, coordinates.segments
     imposed = _imposed(arguments, coordinates)
     names = getattr(arguments, "parameters", None)
     for label in names or ():
         if "[" not in label:
-            parameter_dimension(label, geometry, legs, "--parameters")
+            parameter_dimension(label, geometry, segments, "--parameters")
     if getattr(arguments, "hold", None) == "platform" and not coordinates.square:
         raise InputError(
             f"Argument `--hold` must be motors, since {len(coordinates.motors)} motors cannot "
@@ -56,7 +57,7 @@ def check(arguments: argparse.Namespace) -> Request:
         motors=None if arguments.motors is None else numbers("--motors", arguments.motors, motors),
         imposed=imposed,
         parameters=None if names is None else tuple(names),
-        delta=_half_ranges(getattr(arguments, "delta", None), geometry, legs),
+        delta=_half_ranges(getattr(arguments, "delta", None), geometry, segments),
     )
 
 
@@ -125,7 +126,9 @@ def quantity(name: str, text: str, dimension: Dimension, sign: Sign = Sign.ANY) 
     return parse_quantity(value, dimension, name, sign)
 
 
-def _half_ranges(texts: list[str] | None, geometry: str, legs: int) -> dict[str, float] | None:
+def _half_ranges(
+    texts: list[str] | None, geometry: str, segments: Sequence[int]
+) -> dict[str, float] | None:
     if texts is None:
         return None
     delta = {}
@@ -139,6 +142,6 @@ def _half_ranges(texts: list[str] | None, geometry: str, legs: int) -> dict[str,
         if "[" in label:
             dimension = Dimension("number", ("1",), "0.1")
         else:
-            dimension = parameter_dimension(label, geometry, legs, "--delta")
+            dimension = parameter_dimension(label, geometry, segments, "--delta")
         delta[label] = quantity(field, value, dimension, Sign.POSITIVE)
     return delta

@@ -14,6 +14,7 @@ from ..atomic import write_atomically
 from ..geometry import PLANE, SPACE, AbstractGeometry
 from ..rods.rod import Rod, kirchhoff_rod, section_rod
 from ..rods.section import Material, circle, rectangle
+from ..rods.segments import segmented_rod
 from .joint import BaseJoint, Joint, passive
 from .leg import Leg, make_leg, prismatic_screw, revolute_screw
 from .reading import parse_specification, read_specification
@@ -85,7 +86,7 @@ def _leg(
     return make_leg(
         geometry,
         _array(leg.base),
-        _rod(geometry, leg.rod, gravity),
+        segmented_rod([_rod(geometry, segment, gravity) for segment in leg.segments]),
         a=_array(leg.a),
         b=_array(leg.b),
         base_rotation=_array(leg.base_rotation),

@@ -1,6 +1,8 @@
 """Labels of a robot's parameters and of the components of its vectors."""
 
 import difflib
+import re
+from collections.abc import Sequence
 
 from ..errors import InputError, shown
 from .units import (
@@ -20,35 +22,56 @@ ROTATION_AXES = {"plane": ("x",), "space": ("x", "y", "z")}
 """World axes that a rotation or a moment can have."""
 
 
-def parameter_dimensions(geometry: str, n_legs: int) -> dict[str, Dimension]:
-    """The parameters of a robot with `n_legs` legs: their labels and what they measure.
+def parameter_dimensions(geometry: str, segments: Sequence[int]) -> dict[str, Dimension]:
+    """The parameters of a robot: their labels and what they measure.
 
     **Arguments:**
 
     - `geometry`: "plane" or "space".
+    - `segments`: of how many segments the rod of each leg consists. Where there are several, what
+        belongs to one of them is labelled `k_b1_2`: leg 1, segment 2.
     """
     axes = AXES[geometry]
     dimensions = {f"f_P_{axis}": FORCE for axis in axes}
     dimensions |= {f"m_P_{axis}": MOMENT for axis in ROTATION_AXES[geometry]}
     stiffnesses = ("k_b",) if geometry == "plane" else ("k_b", "k_t", "k_2", "k_3")
-    for i in range(1, n_legs + 1):
-        dimensions |= {f"{name}{i}": BENDING_STIFFNESS for name in stiffnesses}
-        dimensions |= {f"{name}{i}": LENGTH for name in ("r_c", "l", "a", "b")}
-        dimensions[f"kappa{i}"] = CURVATURE
+    for i, count in enumerate(segments, 1):
+        for j in [str(i)] if count == 1 else [f"{i}_{k}" for k in range(1, count + 1)]:
+            dimensions |= {f"{name}{j}": BENDING_STIFFNESS for name in stiffnesses}
+            dimensions |= {f"{name}{j}": LENGTH for name in ("r_c", "l")}
+            dimensions[f"kappa{j}"] = CURVATURE
+            dimensions |= {f"f{j}_{axis}": FORCE_PER_LENGTH for axis in axes}
+        dimensions |= {f"{name}{i}": LENGTH for name in ("a", "b")}
         dimensions |= {f"base{i}_{axis}": LENGTH for axis in axes}
-        dimensions |= {f"f{i}_{axis}": FORCE_PER_LENGTH for axis in axes}
     return dimensions
 
 
-def parameter_dimension(label: str, geometry: str, n_legs: int, field: str = "label") -> Dimension:
+def segment_missing(label: str, leg: int, count: int, field: str) -> InputError:
+    """The error that a label of leg `leg` does not say which of `count` segments it means."""
+    example = re.sub(r"(_[xyz])?$", r"_1\1", label, count=1)
+    return InputError(
+        f"Argument `{field}` must name one of the {count} segments of leg {leg}, such as "
+        f"{example!r}, but {label!r} names none."
+    )
+
+
+def parameter_dimension(
+    label: str, geometry: str, segments: Sequence[int], field: str = "label"
+) -> Dimension:
     """What the parameter of this label measures.
 
     **Raises:**
 
-    - `InputError`: naming `field`, if a robot with `n_legs` legs has no such parameter.
+    - `InputError`: naming `field`, if a robot whose legs have so many segments has no such
+        parameter.
     """
-    dimensions = parameter_dimensions(geometry, n_legs)
+    dimensions = parameter_dimensions(geometry, segments)
+    n_legs = len(segments)
     if label not in dimensions:
+        uniform = parameter_dimensions(geometry, [1] * n_legs)
+        if label in uniform:
+            leg = int(re.sub(r"^k_[23]|\D", "", label))
+            raise segment_missing(label, leg, segments[leg - 1], field)
         close = difflib.get_close_matches(str(label), dimensions, n=1)
         hint = f"; did you mean '{close[0]}'?" if close else "."
         raise InputError(

@@ -104,7 +104,8 @@ def _robot(file: Table) -> RobotSpecification:
         table = file.entry("uncertainty").table(None)
         for label in table.keys():  # noqa: SIM118, a method of Table
             entry = table.entry(label)
-            dimension = parameter_dimension(label, geometry, len(legs), entry.field)
+            segments = [len(leg.segments) for leg in legs]
+            dimension = parameter_dimension(label, geometry, segments, entry.field)
             uncertainty[label] = entry.quantity(dimension, Sign.POSITIVE)
     robot = RobotSpecification(
         name=name,

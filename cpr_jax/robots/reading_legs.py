@@ -43,19 +43,38 @@ def read_leg(frame: Frame, platform: str, leg: Table) -> LegSpecification:
     base_joint = None
     if leg.has("base_joint"):
         base_joint = read_base_joint(frame, leg.entry("base_joint"))
+    first, *further = _segments(frame, leg.table("rod", "legs.rod"))
     return LegSpecification(
         base=base,
         base_rotation=frame.rotation(leg.entry("base_rotation", frame.no_turn)),
         motor=read_motor(frame, leg.entry("motor", "revolute")),
         base_joint=base_joint,
         a=frame.segment(leg.entry("a", 0.0)),
-        rod=_rod(frame, leg.table("rod", "legs.rod")),
+        rod=first,
         b=frame.segment(leg.entry("b", 0.0)),
         joint=joint,
         moment_row=leg.entry("moment_row", "pivot").choice(*CHOICES["moment_row"]),
         attachment=leg.entry("attachment", frame.zeros).vector(LENGTH, frame.axes),
         attachment_rotation=frame.rotation(leg.entry("attachment_rotation", frame.no_turn)),
+        further=tuple(further),
     )
+
+
+def _segments(frame: Frame, rod: Table) -> list[RodSpecification]:
+    """All segments of a rod, which take from it what they do not say themselves."""
+    if rod.first("length", "segments") != "segments":
+        return [_rod(frame, rod)]
+    tables = [
+        Table(entry.value, entry.field, "legs.rod.segments", rod)
+        for entry in rod.entry("segments").items()
+    ]
+    for table in tables:
+        # The length of a uniform rod among the defaults is that of no segment.
+        if "length" not in table.keys():  # noqa: SIM118, a method of Table
+            raise InputError(
+                f"Argument `{table.field('length')}` must be given, but it is missing."
+            )
+    return [_rod(frame, table) for table in tables]
 
 
 def _rod(frame: Frame, rod: Table) -> RodSpecification:

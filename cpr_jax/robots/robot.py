@@ -11,7 +11,8 @@ from jaxtyping import Array, Float
 
 from ..errors import InputError
 from ..geometry import SPACE, AbstractGeometry, Numbers, namespace
-from ..rods.rod import Rod
+from ..rods.rod import Rod, Segments
+from ..rods.segments import alike
 from .joint import BaseJoint, Joint
 from .leg import Leg
 
@@ -115,7 +116,7 @@ def make_robot(
     """Stacks legs, which may differ in every number, into a robot.
 
     An effect that only some legs have (a distributed load, extensibility, fed length) becomes a
-    zero for the others.
+    zero for the others, and so do the lengths of segments that only some rods have.
 
     **Arguments:** as the attributes of `Robot`, and
 
@@ -179,6 +180,8 @@ def _stack(legs: Sequence[Leg]) -> Leg:
             dataclasses.replace(leg, base_joint=locked) if leg.base_joint is None else leg
             for leg in legs
         ]
+    rods = alike([leg.rod for leg in legs])
+    legs = [dataclasses.replace(leg, rod=rod) for leg, rod in zip(legs, rods, strict=True)]
     return jax.tree.map(stack, *legs, is_leaf=none)
 
 
@@ -191,17 +194,22 @@ def in_space(robot: Robot) -> Robot:
     # Local axes (tangent, normal in the plane, x): the cyclic rotation of the world's axes.
     to_plane = jnp.full((robot.n, 3), 2.0 * jnp.pi / 3.0 / jnp.sqrt(3.0))
 
+    def padded(values, before, after, mode="constant"):
+        if values is None:
+            return None
+        return jnp.pad(values, ((0, 0),) * (values.ndim - 1) + ((before, after),), mode)
+
     def local(vectors):
-        return None if vectors is None else jnp.pad(vectors, ((0, 0), (0, 1)))
+        return padded(vectors, 0, 1)
 
     def world(vectors):
-        return None if vectors is None else jnp.pad(vectors, ((0, 0), (1, 0)))
+        return padded(vectors, 1, 0)
 
     def about_third(angles):
-        return jnp.pad(angles, ((0, 0), (2, 0)))
+        return padded(angles, 2, 0)
 
     def about_x(angles):
-        return None if angles is None else jnp.pad(angles, ((0, 0), (0, 2)))
+        return padded(angles, 0, 2)
 
     def turned(angles):
         def one(angle, v):
@@ -212,12 +220,23 @@ def in_space(robot: Robot) -> Robot:
     def twist(values):
         return jnp.concatenate([local(values[:, :2]), about_third(values[:, 2:])], axis=-1)
 
+    def elastic(part):
+        """What a rod and its further segments have alike."""
+        return {
+            "length": part.length,
+            "curvature_compliance": jnp.repeat(part.curvature_compliance, 3, axis=-1),
+            "precurvature": about_third(part.precurvature),
+            "strain_compliance": padded(part.strain_compliance, 0, 1, "edge"),
+            "force": world(part.force),
+            "moment": about_x(part.moment),
+        }
+
     legs, rod = robot.legs, robot.legs.rod
     free, attachment_rotation = twist(legs.joint.free), turned(legs.attachment_rotation)
     if not robot.oriented:
         free = free.at[:, 3:].set(1.0)
         attachment_rotation = jnp.zeros((robot.n, 3))
-    passive, strain = legs.base_joint, rod.strain_compliance
+    passive, further = legs.base_joint, rod.further
     if passive is not None:
         passive = BaseJoint(
             twist(passive.free), local(passive.position), about_third(passive.rotation)
@@ -227,14 +246,7 @@ def in_space(robot: Robot) -> Robot:
         base_rotation=turned(legs.base_rotation),
         screw=twist(legs.screw),
         a=local(legs.a),
-        rod=Rod(
-            length=rod.length,
-            curvature_compliance=jnp.repeat(rod.curvature_compliance, 3, axis=-1),
-            precurvature=about_third(rod.precurvature),
-            strain_compliance=None if strain is None else jnp.pad(strain, ((0, 0), (0, 1)), "edge"),
-            force=world(rod.force),
-            moment=about_x(rod.moment),
-        ),
+        rod=Rod(**elastic(rod), further=None if further is None else Segments(**elastic(further))),
         b=local(legs.b),
         joint=Joint(free, legs.joint.lever),
         attachment_position=world(legs.attachment_position),

@@ -43,7 +43,7 @@ class MaterialSpecification:
 
 @dataclasses.dataclass(frozen=True)
 class RodSpecification:
-    """A rod. Its stiffness is the first of these that is not `None`:
+    """A uniform rod, or a segment of one. Its stiffness is the first of these that is not `None`:
 
     - `bending_stiffness`: N·m², one in the plane, `(k_t, k_2, k_3)` in space.
     - `curvature_compliance`: their inverses, 1/(N·m²).
@@ -125,6 +125,7 @@ class LegSpecification:
     - `motor`: what moves it, or "none".
     - `base_joint`: or `None`.
     - `a`, `b`: rigid segments, in the axes of the rod's ends.
+    - `rod`, `further`: the rod's first segment, which is all of a uniform rod, and the others.
     - `joint`: a name, see `CHOICES` of the tables, or the flags of its free directions.
     - `moment_row`: "pivot" or "printed", see `Joint.lever`.
     - `attachment`, `attachment_rotation`: joint frame on the platform, in its axes.
@@ -141,6 +142,12 @@ class LegSpecification:
     moment_row: str
     attachment: tuple[float, ...]
     attachment_rotation: tuple[float, ...]
+    further: tuple[RodSpecification, ...] = ()
+
+    @property
+    def segments(self) -> tuple[RodSpecification, ...]:
+        """All segments of the rod, from the base to the tip."""
+        return (self.rod, *self.further)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -13,7 +13,9 @@ def suspicions(
     """One sentence for each suspicion; one for all legs that have the same rod."""
     rods: dict[RodSpecification, str] = {}
     for i, leg in enumerate(legs):
-        rods.setdefault(leg.rod, f"legs[{i}].rod")
+        rods.setdefault(leg.rod, f"legs[{i}].rod" + (".segments[0]" if leg.further else ""))
+        for j, segment in enumerate(leg.further, 1):
+            rods.setdefault(segment, f"legs[{i}].rod.segments[{j}]")
     for rod, field in rods.items():
         key, moduli = _implied_moduli(rod)
         for E in moduli:

@@ -1,15 +1,20 @@
 """The text of a robot file, in SI units, from a robot."""
 
+import dataclasses
+import functools
 import json
 import math
+import operator
 from collections.abc import Iterator, Sequence
 from typing import SupportsFloat, TypeAlias
 
+import jax
 import numpy as np
 from jaxtyping import Array
 
 from ..geometry import AbstractGeometry
 from ..rods.rod import Rod
+from ..rods.segments import segments_of
 from .joint import BaseJoint, clamped, pivot, slider, spherical, swivel, universal
 from .leg import Leg, prismatic_screw, revolute_screw
 from .reading import FORMAT
@@ -101,7 +106,12 @@ def _leg(geometry: AbstractGeometry, leg: Leg, oriented: bool) -> Iterator[str]:
         yield f"attachment = {_vector(leg.attachment_position)}"
         if np.any(leg.attachment_rotation):
             yield f"attachment_rotation = {_rotational(leg.attachment_rotation)}"
-    yield from ("", "[legs.rod]", *_rod(leg.rod))
+    segments = _segments(leg.rod)
+    if len(segments) == 1:
+        yield from ("", "[legs.rod]", *_rod(leg.rod))
+    else:
+        for segment in segments:
+            yield from ("", "[[legs.rod.segments]]", *_rod(segment))
 
 
 def _motor(geometry: AbstractGeometry, leg: Leg) -> str:
@@ -166,6 +176,23 @@ def _joint(geometry: AbstractGeometry, free: _Values) -> str:
         if np.array_equal(free, joint(geometry).free):
             return f'"{name}"'
     return f"{{ free = {_vector(free)} }}"
+
+
+def _segments(rod: Rod) -> list[Rod]:
+    """The segments that are there, with lengths that add up to that of the rod, to the last bit."""
+    stacked = jax.tree.map(np.asarray, segments_of(rod))
+    parts = [jax.tree.map(lambda leaf, j=j: leaf[j], stacked) for j in range(len(stacked.length))]
+    first, rest = parts[0], [part for part in parts[1:] if part.length != 0.0]
+    if not rest:
+        return [first]
+    beyond = functools.reduce(operator.add, (part.length for part in rest))
+    whole = np.asarray(rod.length)[()]
+    near = whole - beyond
+    # The difference has digits that nobody wrote.
+    shorter = [type(near)(f"{near:.{digits}g}") for digits in range(1, 18)]
+    neighbours = np.nextafter(near, 0.0), np.nextafter(near, np.inf)
+    fits = (length for length in (*shorter, *neighbours) if length + beyond == whole)
+    return [dataclasses.replace(first, length=next(fits, near)), *rest]
 
 
 def _rod(rod: Rod) -> Iterator[str]:

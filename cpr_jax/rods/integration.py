@@ -2,6 +2,7 @@
 
 import enum
 import functools
+import math
 from typing import Any
 
 import diffrax
@@ -14,6 +15,7 @@ from ..geometry import AbstractGeometry
 from ..lanes import lanes_last
 from .equations import RodState, right_hand_side, strain_energy_density
 from .rod import Rod
+from .segments import segments_of
 from .solver import ExtrapolatedMidpoint
 
 DEFAULT_STEPS = 10
@@ -37,6 +39,8 @@ def rod_tip(
 ) -> RodState:
     """The state at the end of a rod that starts at the origin along the first axis.
 
+    Each segment of a rod takes `steps` steps of its own, so that steps end where stiffness jumps.
+
     Differentiable to any order, in forward and in reverse mode: each derivative is a forward
     integration of the variational equations (8), of which reverse mode takes the transpose.
 
@@ -59,7 +63,7 @@ def rod_shape(
     moment: Float[Array, " r"],
     steps: int = DEFAULT_STEPS,
 ) -> RodState:
-    """As `rod_tip`, at the `steps + 1` equidistant arc lengths from the base to the tip."""
+    """As `rod_tip`, at all ends of steps from the base to the tip, see `arc_lengths`."""
     return _integrate(geometry, steps, Readout.SHAPE, rod, force, moment)
 
 
@@ -70,7 +74,10 @@ def rod_energy(
     moment: Float[Array, " r"],
     steps: int = DEFAULT_STEPS,
 ) -> tuple[Float[Array, ""], Float[Array, " d"]]:
-    """Elastic energy of a rod, J, and the integral of its positions `∫ p ds`, m²."""
+    """Elastic energy of a rod, J, and the integral of its positions `∫ p ds`, m².
+
+    Of a rod with further segments the integral is taken over each of them, `(1 + k, d)`.
+    """
     return _integrate(geometry, steps, Readout.ENERGY, rod, force, moment)
 
 
@@ -99,7 +106,11 @@ def _integrate(geometry, steps, readout, rod, force, moment):
 
 def _solve(geometry, steps, readout, rod, force, moment):
     """One integration by diffrax, for a single rod, on components."""
-    rod = jax.tree.map(lambda leaf: tuple(leaf) if leaf.ndim else leaf, rod)
+    segments = None
+    if rod.further is None:
+        rod = _components(rod)
+    else:
+        segments = segments_of(rod)
     zero = jnp.zeros_like(rod.length)
     start = RodState(
         position=(zero,) * geometry.d,
@@ -115,37 +126,61 @@ def _solve(geometry, steps, readout, rod, force, moment):
     y0 = jax.tree.leaves((start, quadratures))
     structure: Any = jax.tree.structure((start, quadratures))
 
-    def vector_field(t, y, args):
-        state, quadratures = structure.unflatten(y)
-        full = state if constant is None else state._replace(force=constant)
-        rates = right_hand_side(geometry, full, rod)
-        if constant is not None:
-            rates = rates._replace(force=())
-        if quadratures:
-            quadratures = (strain_energy_density(geometry, full, rod), *full.position)
-        return [stride * rate for rate in jax.tree.leaves((rates, quadratures))]
-
-    # Steps of one size need no controller: stepped by hand, a rod is traced in a tenth of the
-    # operations that `diffeqsolve` makes of it, and every batch and derivative repeats those.
-    stride = rod.length / steps
-    term, solver = diffrax.ODETerm(vector_field), ExtrapolatedMidpoint()
     whole = readout is Readout.SHAPE
 
-    def advance(y, t):
-        y, *_ = solver.step(term, t, t + 1.0, y, None, None, made_jump=False)
-        return y, y if whole else None
+    def cross(y, rod):
+        """From one end of a uniform rod to the other, and what is met on the way."""
 
-    ys, along = jax.lax.scan(advance, y0, jnp.arange(float(steps)))
+        def vector_field(t, y, args):
+            state, quadratures = structure.unflatten(y)
+            full = state if constant is None else state._replace(force=constant)
+            rates = right_hand_side(geometry, full, rod)
+            if constant is not None:
+                rates = rates._replace(force=())
+            if quadratures:
+                quadratures = (strain_energy_density(geometry, full, rod), *full.position)
+            return [stride * rate for rate in jax.tree.leaves((rates, quadratures))]
+
+        # Steps of one size need no controller: stepped by hand, a rod is traced in a tenth of the
+        # operations that `diffeqsolve` makes of it, and every batch and derivative repeats those.
+        stride = rod.length / steps
+        term, solver = diffrax.ODETerm(vector_field), ExtrapolatedMidpoint()
+
+        def advance(y, t):
+            y, *_ = solver.step(term, t, t + 1.0, y, None, None, made_jump=False)
+            return y, y if whole else None
+
+        return jax.lax.scan(advance, y, jnp.arange(float(steps)))
+
+    if segments is None:
+        ys, along = cross(y0, rod)
+    else:
+        # A loop over the segments: the compiled program does not grow with their number.
+        def cross_segment(y, segment):
+            end, along = cross(y, _components(segment))
+            return end, along if whole else end
+
+        ys, along = jax.lax.scan(cross_segment, y0, segments)
+        along = [values.reshape(-1) for values in along]
     if whole:
         ys = [jnp.append(first, rest) for first, rest in zip(y0, along, strict=True)]
     state, quadratures = structure.unflatten(ys)
     if readout is Readout.ENERGY:
-        return quadratures[0], jnp.stack(quadratures[1:])
+        positions = jnp.stack(quadratures[1:])
+        if segments is not None:
+            _, ends = structure.unflatten(along)
+            positions = jnp.diff(jnp.stack(ends[1:], axis=-1), axis=0, prepend=0.0)
+        return quadratures[0], positions
     if constant is not None:
         kept = tuple(jnp.broadcast_to(n, state.position[0].shape) for n in constant)
         state = state._replace(force=kept)
     state = state._replace(rotation=geometry.normalise(state.rotation))
     return RodState(*(jnp.stack(part, axis=-1) for part in state))
+
+
+def _components(rod):
+    """A rod on scalars: vectors become tuples."""
+    return jax.tree.map(lambda leaf: tuple(leaf) if leaf.ndim else leaf, rod)
 
 
 @functools.cache
@@ -230,7 +265,7 @@ def _with_tangents(function, shapes, flags):
 
 def _seeds(leaves, shapes):
     """Unit tangents, one for each component of all leaves; equal along the lanes."""
-    sizes = [shape[0] if shape else 1 for shape in shapes]
+    sizes = [math.prod(shape) for shape in shapes]
     units = jnp.split(jnp.eye(sum(sizes)), [sum(sizes[:k]) for k in range(1, len(sizes))], axis=1)
     seeds = []
     for leaf, shape, unit in zip(leaves, shapes, units, strict=True):

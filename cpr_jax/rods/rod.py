@@ -9,8 +9,30 @@ from ..geometry import AbstractGeometry, Numbers, namespace
 from .section import Material, Section
 
 
+class Segments(eqx.Module):
+    """What follows the first segment of a rod: `k` further segments, each uniform.
+
+    The segments of a rod are joined end to end, rigidly and with one tangent: position, rotation,
+    force and moment are continuous, curvature and strain jump.
+
+    **Attributes** (from the base to the tip along an axis of length `k`, otherwise as in `Rod`):
+
+    - `length`: m, shape `(k,)`. A length of zero stands for a segment that is not there.
+    - `curvature_compliance`, `precurvature`: shape `(k, r)`.
+    - `strain_compliance`, `force`: shape `(k, d)`, or `None` as in the `Rod`.
+    - `moment`: shape `(k, r)`, or `None` as in the `Rod`.
+    """
+
+    length: Float[Array, "*batch k"]
+    curvature_compliance: Float[Array, "*batch k r"]
+    precurvature: Float[Array, "*batch k r"]
+    strain_compliance: Float[Array, "*batch k d"] | None = None
+    force: Float[Array, "*batch k d"] | None = None
+    moment: Float[Array, "*batch k r"] | None = None
+
+
 class Rod(eqx.Module):
-    """A uniform rod in compliance form.
+    """A rod in compliance form, uniform or of several segments that are.
 
     Compliances instead of stiffnesses make the Kirchhoff rod the case of a strain compliance
     of zero. `None` stands for a physical effect that is left out, and costs nothing.
@@ -18,7 +40,7 @@ class Rod(eqx.Module):
     **Attributes** (local axes: the first is the tangent; `d` = 2, `r` = 1 in the plane,
     `d` = `r` = 3 in space):
 
-    - `length`: m.
+    - `length`: of the whole rod, m.
     - `curvature_compliance`: `1 / k_b`, shape `(r,)`, 1/(N·m²); in space
         (torsion, bending about 2, bending about 3).
     - `precurvature`: curvature at rest `1 / r_c`, shape `(r,)`, 1/m.
@@ -26,6 +48,9 @@ class Rod(eqx.Module):
         and unshearable rod.
     - `force`: distributed dead force in world axes, shape `(d,)`, N/m, or `None`.
     - `moment`: distributed dead moment in world axes, shape `(r,)`, N, or `None`.
+    - `further`: the segments beyond the first one, or `None` for a uniform rod. The first one, at
+        the base, has all of the above, and of the length what the further ones leave:
+        `length - Σ further.length`. So a rod that is fed through its base grows there.
     """
 
     length: Float[Array, "*batch"]
@@ -34,6 +59,7 @@ class Rod(eqx.Module):
     strain_compliance: Float[Array, "*batch d"] | None = None
     force: Float[Array, "*batch d"] | None = None
     moment: Float[Array, "*batch r"] | None = None
+    further: Segments | None = None
 
 
 def kirchhoff_rod(

@@ -15,6 +15,7 @@ from ..geometry import Numbers, namespace
 from ..programs import program, started
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
+from ..rods.segments import first_length
 from .continuation import Track
 from .guess import at_rest, detours, from_home, from_neighbour, reaching, search
 from .measures import Measures, measures_with
@@ -206,9 +207,9 @@ def polish(robot, imposed, target, y, outcome, branch, steps):
     stayed = jnp.max(jnp.abs(found - guess) / unknown_scales(robot)) < 1e-3
     status = jnp.where((root.status == Status.SOLVED) & ~stayed, Status.LOST, root.status)
     if robot.legs.feed is not None:
-        # Equations go on where nothing is left of a rod that is drawn in.
+        # Equations go on where nothing is left of a rod, or of its first segment, to draw in.
         fed = robot.legs.feed * (robot.transmission @ found[: robot.n_a])
-        gone = jnp.any(robot.legs.rod.length + fed <= 0.0)
+        gone = jnp.any(first_length(robot.legs.rod) + fed <= 0.0)
         status = jnp.where((status == Status.SOLVED) & gone, Status.OUT_OF_REACH, status)
     status = jnp.where(outcome == Status.SOLVED, status, outcome)
     solved = status == Status.SOLVED

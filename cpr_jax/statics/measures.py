@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 from ..robots.robot import Robot
 from ..rods.equations import RodState, strain_energy_density, strains
 from ..rods.integration import rod_energy
+from ..rods.segments import segments_of
 from .accuracy import relative_tip_error
 from .linear import inverse_with_sign, norm_2
 from .residual import base_wrench, leg_base, load_arms, residual
@@ -131,12 +132,14 @@ def motor_torques(robot: Robot, y: Float[Array, " n_y"]) -> Float[Array, " n_a"]
 
 
 class _Rods(NamedTuple):
-    """Of each rod: where its base is, its length, elastic energy, and integral `∫ p ds`."""
+    """Of each rod: where its base is, its length, elastic energy, integral `∫ p ds` of its
+    positions, and the work `∫ f p ds` of its distributed force, component by component."""
 
     bases: Float[Array, "n d"]
     lengths: Float[Array, " n"]
     energies: Float[Array, " n"]
     positions: Float[Array, "n d"]
+    work: Float[Array, "n d"] | None
 
 
 def _rods(robot: Robot, y: Float[Array, " n_y"], steps: int) -> _Rods:
@@ -147,8 +150,18 @@ def _rods(robot: Robot, y: Float[Array, " n_y"], steps: int) -> _Rods:
         base = leg_base(geometry, leg, q, mu)
         length = base.rod.length
         energy, positions = rod_energy(geometry, base.rod, base.force, base.moment, steps)
-        turned = jnp.stack(geometry.rotate(base.rotation, positions))
-        return _Rods(base.position, length, energy, base.position * length + turned)
+        rod, frame = leg.rod, geometry.frame(base.rotation)
+        if rod.further is None:
+            turned = jnp.stack(geometry.rotate(base.rotation, positions))
+            positions = base.position * length + turned
+            work = None if rod.force is None else rod.force * positions
+            return _Rods(base.position, length, energy, positions, work)
+        lengths = segments_of(base.rod).length
+        turned = jax.vmap(lambda p: geometry.outward(frame, p))(positions)
+        positions = base.position * lengths[:, None] + turned
+        force = segments_of(rod).force
+        work = None if force is None else jnp.sum(force * positions, axis=0)
+        return _Rods(base.position, length, energy, jnp.sum(positions, axis=0), work)
 
     return jax.vmap(one)(robot.legs, robot.transmission @ state.q_a, state.mu)
 
@@ -173,8 +186,8 @@ def _energy(robot: Robot, y: Float[Array, " n_y"], rods: _Rods) -> Float[Array, 
     geometry = robot.geometry
     q_p = unravel(robot, y).q_p
     energy = jnp.sum(rods.energies)
-    if robot.legs.rod.force is not None:
-        energy -= jnp.sum(robot.legs.rod.force * rods.positions)
+    if rods.work is not None:
+        energy -= jnp.sum(rods.work)
     energy -= robot.f_P @ q_p[: geometry.d]
     if robot.loads is not None:
         points = q_p[: geometry.d] + load_arms(robot, robot.loads, q_p)

@@ -13,6 +13,7 @@ from ..robots.robot import PointLoads, Robot
 from ..rods.equations import RodState
 from ..rods.integration import DEFAULT_STEPS, rod_tip
 from ..rods.rod import Rod
+from ..rods.segments import loads_inward
 from .unknowns import State, scales
 
 
@@ -80,6 +81,7 @@ def leg_base(
         strain_compliance=rod.strain_compliance,
         force=None if rod.force is None else geometry.inward(frame, rod.force),
         moment=None if rod.moment is None else geometry.moment_inward(frame, rod.moment),
+        further=None if rod.further is None else loads_inward(geometry, frame, rod.further),
     )
     return LegBase(
         position=position,

@@ -10,6 +10,7 @@ from ..programs import program
 from ..robots.robot import Robot
 from ..rods.equations import RodState
 from ..rods.integration import rod_shape
+from ..rods.segments import arc_lengths
 from .equilibrium import Equilibrium
 from .residual import leg_base, to_world
 from .unknowns import unravel
@@ -18,7 +19,8 @@ from .unknowns import unravel
 class Shape(NamedTuple):
     """Legs in world axes, from motor to joint.
 
-    **Attributes** (`points` equidistant cross-sections a rod):
+    **Attributes** (`points` equidistant cross-sections a rod, or of rods with `k` further segments
+    `k (points - 1)` more, equidistant in each segment, both ends of which are among them):
 
     - `s`: arc length along each rod, m, shape `(n, points)`.
     - `rods`: states along the rods; `rods.position` has shape `(n, points, d)`, m.
@@ -35,7 +37,7 @@ class Shape(NamedTuple):
 
 
 def shape(robot: Robot, equilibrium: Equilibrium, points: int = 51) -> Shape:
-    """The shape of each leg at an equilibrium, integrated with `points - 1` steps."""
+    """The shape of each leg at an equilibrium, `points - 1` integration steps a segment."""
     return _shape(robot, equilibrium.y, points)
 
 
@@ -49,7 +51,7 @@ def _shape(robot: Robot, y: Float[Array, " n_y"], points: int) -> Shape:
         local = rod_shape(geometry, base.rod, base.force, base.moment, points - 1)
         rods = jax.vmap(lambda x: to_world(geometry, base, x))(local)
         joint = rods.position[-1] + jnp.stack(geometry.rotate(rods.rotation[-1], leg.b))
-        s = jnp.linspace(0.0, 1.0, points) * base.rod.length
+        s = arc_lengths(base.rod, points - 1)
         return Shape(s, rods, base.motor, base.joint, joint)
 
     return jax.vmap(one)(robot.legs, robot.transmission @ state.q_a, state.mu)

@@ -60,15 +60,25 @@ def _repeated(robot: Robot, straight, turning) -> Float[Array, " freedoms"]:
 
 
 def scales(robot: Robot) -> Scales:
-    """Mean rod length, and the force `k_b / l²` that bends a rod by about 1 rad."""
-    numbers = robot.legs.rod.length, robot.legs.rod.curvature_compliance
+    """Mean rod length, and the force `k_b / l²` that bends a rod by about 1 rad.
+
+    Of rods with further segments the mean compliance along them counts.
+    """
+    rod = robot.legs.rod
+    numbers: tuple[Array, ...] = rod.length, rod.curvature_compliance
+    if rod.further is not None:
+        numbers = *numbers, rod.further.length, rod.further.curvature_compliance
     xp = namespace(numbers)
     if xp is jnp:
         # Units are a choice, not physics: no derivative goes through them.
         numbers = jax.lax.stop_gradient(numbers)
-    lengths, compliances = (xp.asarray(part) for part in numbers)
-    length = xp.mean(lengths)
-    return Scales(jnp.asarray(length), jnp.asarray(1.0 / (xp.mean(compliances[:, -1]) * length**2)))
+    lengths, compliances, *further = (xp.asarray(part) for part in numbers)
+    length, compliances = xp.mean(lengths), compliances[:, -1]
+    if further:
+        shares = further[0] / lengths[:, None]
+        beyond = xp.sum(shares * (further[1][:, :, -1] - compliances[:, None]), axis=1)
+        compliances = compliances + beyond
+    return Scales(jnp.asarray(length), jnp.asarray(1.0 / (xp.mean(compliances) * length**2)))
 
 
 def unknown_scales(robot: Robot) -> Float[Array, " n_y"]:

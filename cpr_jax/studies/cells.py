@@ -14,6 +14,7 @@ from ..analysis.stability import count_unstable
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.equations import RodState
+from ..rods.segments import segments_of
 from ..statics.linear import inverse_with_sign, norm_2, row_axes
 from ..statics.measures import energy_and_bows, motor_torques
 from ..statics.residual import residual
@@ -146,5 +147,14 @@ def _strongest(robot: Robot, nodes: RodState):
 
         return jax.tree.map(jnp.max, jax.vmap(at)(rotation, moment))
 
-    both = jax.vmap(one)(robot.legs.rod, nodes.rotation, nodes.moment)
+    def segmented(rod, rotation, moment):
+        # Where two segments meet the curvature jumps: that node is one of both.
+        count = rod.further.length.size + 1
+        steps = (len(moment) - 1) // count
+        ends = steps * jnp.arange(count)[:, None] + jnp.arange(steps + 1)
+        both = jax.vmap(one)(segments_of(rod), rotation[ends], moment[ends])
+        return jax.tree.map(jnp.max, both)
+
+    look = one if robot.legs.rod.further is None else segmented
+    both = jax.vmap(look)(robot.legs.rod, nodes.rotation, nodes.moment)
     return jax.tree.map(jnp.max, both)

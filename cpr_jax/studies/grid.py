@@ -146,6 +146,9 @@ def reaches(robot: Robot) -> Float[np.ndarray, " n"]:
         limited &= np.asarray(legs.feed) == 0.0
     if legs.rod.strain_compliance is not None:
         limited &= np.all(np.asarray(legs.rod.strain_compliance) == 0.0, axis=-1)
+        if legs.rod.further is not None:
+            beyond = np.asarray(legs.rod.further.strain_compliance)
+            limited &= np.all(beyond == 0.0, axis=(-2, -1))
     limited &= np.all(np.asarray(legs.joint.free)[:, :d] == 0.0, axis=1)
     return np.where(limited, reach, np.inf)
 

@@ -89,7 +89,9 @@ def random_starts(robot, seed, count, place, turn, force):
     ends = point[:, None] + arms
     q = np.angle(ends - chains.base) - chains.heading + rng.uniform(-1, 1, (count, n))
 
-    forces = force * np.mean(chains.k_b / chains.length**2) * rng.uniform(-1, 1, (count, 2 * n))
+    forces = (
+        force * np.mean(chains.k_b[:, 0] / chains.length**2) * rng.uniform(-1, 1, (count, 2 * n))
+    )
     balance = np.zeros((count, 3, 2 * n))
     balance[:, 0, 0::2] = balance[:, 1, 1::2] = 1.0
     balance[:, 2, 0::2], balance[:, 2, 1::2] = -arms.imag, arms.real

@@ -59,3 +59,21 @@ def integrate(rod: SpatialRod, force: np.ndarray, moment: np.ndarray, s=None, rt
         t_eval=[rod.length] if s is None else s,
     ).y.T
     return x[:, :3], x[:, 3:12].reshape(-1, 3, 3), x[:, 12:15], x[:, 15:18], x[:, 18], x[:, 19:]
+
+
+def integrate_segments(rods, force: np.ndarray, moment: np.ndarray, rtol=1e-13):
+    """Ends of rods that are joined one after the other, in the axes of the first base.
+
+    **Returns:** of each rod the position, matrix, force, moment at its end, its elastic energy and
+    its `∫ p ds`.
+    """
+    place, turn, ends = np.zeros(3), np.eye(3), []
+    for rod in rods:
+        local = dataclasses.replace(rod, load=turn.T @ rod.load, couple=turn.T @ rod.couple)
+        p, R, n, m, energy, mean = (
+            part[-1] for part in integrate(local, turn.T @ force, turn.T @ moment, rtol=rtol)
+        )
+        mean = place * rod.length + turn @ mean
+        place, force, moment, turn = place + turn @ p, turn @ n, turn @ m, turn @ R
+        ends.append((place, turn, force, moment, energy, mean))
+    return [np.array(part) for part in zip(*ends, strict=True)]

@@ -21,8 +21,9 @@ class Chains(NamedTuple):
 
     - `base`, `heading`: of the motors; their angles count from the headings.
     - `a`, `b`: rigid segments before and after the rods, in the axes of the rods' ends.
-    - `length`, `k_b`, `curvature`: of the rods, the curvature at rest.
-    - `weight`: dead load per length of the rods.
+    - `length`: of the rods.
+    - `k_b`, `curvature`, `weight`: of the rods, their stiffness, curvature at rest and dead load
+        per length, `(n, parts)`: of as many equally long parts as there are columns.
     - `attachment`: where the legs hold the platform, in its axes.
     - `clamped`, `tilt`: whether they are clamped to it, and at which angle.
     - `force`, `moment`: dead load on the platform.
@@ -68,11 +69,27 @@ class Verdict(NamedTuple):
 
 
 def read(robot) -> Chains:
-    """The numbers of one of the package's robots."""
+    """The numbers of one of the package's robots; segments meet at multiples of a 12th of a rod."""
     legs, rod = robot.legs, robot.legs.rod
 
     def plane(vectors):
         return np.asarray(vectors) @ np.array([1.0, 1.0j])
+
+    def along(name, scale=np.ravel):
+        first = getattr(rod, name)
+        if first is None:
+            return np.zeros((robot.n, 1))
+        if rod.further is None:
+            return np.stack([[scale(value)] for value in first]).reshape(robot.n, 1)
+        every = np.concatenate([first[:, None], getattr(rod.further, name)], axis=1)
+        rows = []
+        for leg in range(robot.n):
+            ends = np.cumsum(rod.further.length[leg][::-1])[::-1] / rod.length[leg]
+            junctions = 12.0 * (1.0 - ends)
+            np.testing.assert_allclose(junctions, np.round(junctions), atol=1e-9)
+            segments = np.searchsorted(junctions, np.arange(12) + 0.5)
+            rows.append([scale(every[leg, k]) for k in segments])
+        return np.array(rows).reshape(robot.n, 12)
 
     free = np.asarray(legs.joint.free)
     return Chains(
@@ -81,9 +98,9 @@ def read(robot) -> Chains:
         a=plane(legs.a),
         b=plane(legs.b),
         length=np.asarray(rod.length),
-        k_b=1.0 / np.asarray(rod.curvature_compliance)[:, 0],
-        curvature=np.asarray(rod.precurvature)[:, 0],
-        weight=np.zeros(robot.n) if rod.force is None else plane(rod.force),
+        k_b=1.0 / along("curvature_compliance"),
+        curvature=along("precurvature"),
+        weight=along("force", plane),
         attachment=plane(legs.attachment_position),
         clamped=free[:, 2] < 0.5,
         tilt=np.asarray(legs.attachment_rotation)[:, 0],
@@ -103,24 +120,33 @@ def angles_along(chains: Chains, q: np.ndarray, mu: np.ndarray, links: int, subs
     """
     h = chains.length / (links * substeps)
     n_y, n_z, m = np.moveaxis(np.asarray(mu), -1, 0)
+    n_0 = n_y + 1j * n_z
+    k_b, curvature, weight = _per_link(chains, links)
 
-    def rates(s, angle, m):
-        n = n_y + 1j * n_z - s * chains.weight
-        return m / chains.k_b + chains.curvature, -_cross(np.exp(1j * angle), n)
+    def rates(link, s, angle, m):
+        n = n_0 - s * weight[:, link]
+        return m / k_b[:, link] + curvature[:, link], -_cross(np.exp(1j * angle), n)
 
     angle = q + chains.heading
     nodes = [angle]
     for link in range(links):
         for k in range(substeps):
-            s = (link * substeps + k) * h
-            r1, f1 = rates(s, angle, m)
-            r2, f2 = rates(s + 0.5 * h, angle + 0.5 * h * r1, m + 0.5 * h * f1)
-            r3, f3 = rates(s + 0.5 * h, angle + 0.5 * h * r2, m + 0.5 * h * f2)
-            r4, f4 = rates(s + h, angle + h * r3, m + h * f3)
+            s = k * h
+            r1, f1 = rates(link, s, angle, m)
+            r2, f2 = rates(link, s + 0.5 * h, angle + 0.5 * h * r1, m + 0.5 * h * f1)
+            r3, f3 = rates(link, s + 0.5 * h, angle + 0.5 * h * r2, m + 0.5 * h * f2)
+            r4, f4 = rates(link, s + h, angle + h * r3, m + h * f3)
             angle = angle + h / 6.0 * (r1 + 2.0 * r2 + 2.0 * r3 + r4)
             m = m + h / 6.0 * (f1 + 2.0 * f2 + 2.0 * f3 + f4)
         nodes.append(angle)
+        n_0 = n_0 - chains.length / links * weight[:, link]
     return np.stack(nodes, axis=-1)
+
+
+def _per_link(chains: Chains, links: int) -> list[np.ndarray]:
+    """Stiffness, curvature at rest and weight of each link, `(n, links)`."""
+    values = chains.k_b, chains.curvature, chains.weight
+    return [np.repeat(v, links // v.shape[1], axis=1) for v in values]
 
 
 def judge(chains: Chains, q, q_p, mu, links: int = 240, margin: float = 0.02) -> Verdict:
@@ -131,9 +157,9 @@ def judge(chains: Chains, q, q_p, mu, links: int = 240, margin: float = 0.02) ->
     start = angles_along(chains, q, mu, links)
     held, angles, pose = start[:, :, :1], start[:, :, 1:].copy(), np.array(q_p)
     # Against the forces and moments that the platform exerts on the tips.
-    tips = mu[:, :, :2] @ np.array([1.0, 1.0j]) - chains.length * chains.weight
+    tips = mu[:, :, :2] @ np.array([1.0, 1.0j]) - chains.length * np.mean(chains.weight, axis=1)
     bend = start[:, :, -3:] @ np.array([0.5, -2.0, 1.5]) * links / chains.length
-    moment = chains.k_b * (bend - chains.curvature)
+    moment = chains.k_b[:, -1] * (bend - chains.curvature[:, -1])
     moment = _cross(np.exp(1j * start[:, :, -1]) * chains.b, tips) - moment
     multiplier = np.stack([-tips.real, -tips.imag, chains.clamped * moment], axis=-1)
 
@@ -287,7 +313,8 @@ def _expand(chains, held, angles, pose, multiplier) -> _System:
     turn = pose[:, 2] if chains.oriented else np.zeros(count)
 
     h = (chains.length / links)[:, None]
-    spring = chains.k_b[:, None] / h
+    k_b, curvature, weight = _per_link(chains, links)
+    spring = k_b / h
     nodes = np.concatenate([held, angles], axis=2)
     link = h * np.exp(0.5j * (nodes[:, :, 1:] + nodes[:, :, :-1]))
     first = np.exp(1j * nodes[:, :, 0]) * chains.a
@@ -313,9 +340,9 @@ def _expand(chains, held, angles, pose, multiplier) -> _System:
 
     # What turns a link: the multiplier and the weight of all that it carries.
     pull = multiplier[:, :, 0] + 1j * multiplier[:, :, 1]
-    beyond = 1.0 - (np.arange(links) + 0.5) / links
-    hung = -(chains.length * chains.weight)[:, None] * beyond
-    strain = np.diff(nodes, axis=2) - h * chains.curvature[:, None]
+    carried = h * weight
+    hung = -(np.cumsum(carried[:, ::-1], axis=1)[:, ::-1] - 0.5 * carried)
+    strain = np.diff(nodes, axis=2) - h * curvature
     slope = spring * strain + 0.5 * _dot(hung, 1j * link)
     after = -spring * strain + 0.5 * _dot(hung, 1j * link)
     slope[:, :, :-1] += after[:, :, 1:]
@@ -326,7 +353,7 @@ def _expand(chains, held, angles, pose, multiplier) -> _System:
     # The second derivative of a vector that turns is its opposite.
     bent = -0.25 * _dot(pull[:, :, None] + hung, link)
     diagonal = bent + spring
-    diagonal[:, :, :-1] += bent[:, :, 1:] + spring
+    diagonal[:, :, :-1] += (bent + spring)[:, :, 1:]
     diagonal[:, :, -1] -= _dot(pull, last)
     curved = np.zeros((count, 3, 3))
     curved[:, 2, 2] = np.sum(_dot(pull, arm), axis=1)

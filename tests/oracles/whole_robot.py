@@ -7,7 +7,7 @@ that of a space whose third axis is the normal of its plane.
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tests.oracles.cosserat import SpatialRod, integrate
+from tests.oracles.cosserat import SpatialRod, integrate_segments
 
 
 def _vector(values):
@@ -75,6 +75,30 @@ def _joint_rows(robot, i, frame, gap, tip, force, moment):
     return errors, wrenches
 
 
+def _segments(robot, i, fed, base):
+    """The segments of a rod, the fed length in the first one, loads in the axes of the base."""
+    rod, r = robot.legs.rod, robot.geometry.r
+    further = rod.further
+    places = [(rod, i)]
+    lengths = [float(rod.length[i]) + fed]
+    if further is not None:
+        places += [(further, (i, j)) for j in range(further.length.shape[1])]
+        lengths = [lengths[0] - float(np.sum(further.length[i])), *np.asarray(further.length[i])]
+    for (part, place), length in zip(places, lengths, strict=True):
+        if length == 0.0:
+            continue
+        bend = np.asarray(part.curvature_compliance[place])
+        stiff = np.zeros(3) if part.strain_compliance is None else part.strain_compliance[place]
+        load = np.zeros(3) if part.force is None else part.force[place]
+        yield SpatialRod(
+            length=length,
+            bend=np.pad(bend, (3 - r, 0), constant_values=bend[-1]),
+            rest=_turn(part.precurvature[place]),
+            stretch=_vector(stiff),
+            load=base.T @ _vector(load),
+        )
+
+
 def unbalanced(robot, y, rtol=1e-12) -> float:
     """Largest gap, in rod lengths or rad, or wrench, in units of `k_b / l²`, that is left."""
     d, r, n = robot.geometry.d, robot.geometry.r, robot.n
@@ -95,18 +119,9 @@ def unbalanced(robot, y, rtol=1e-12) -> float:
     for i in range(n):
         place, base, n_0, m_0 = _base(robot, i, q[i], mu[i])
         fed = 0.0 if legs.feed is None else float(legs.feed[i]) * q[i]
-        stiff = np.zeros(3) if rod.strain_compliance is None else rod.strain_compliance[i]
-        load = np.zeros(3) if rod.force is None else rod.force[i]
-        bend = np.asarray(rod.curvature_compliance[i])
-        numbers = SpatialRod(
-            length=float(rod.length[i]) + fed,
-            bend=np.pad(bend, (3 - r, 0), constant_values=bend[-1]),
-            rest=_turn(rod.precurvature[i]),
-            stretch=_vector(stiff),
-            load=base.T @ _vector(load),
-        )
+        segments = list(_segments(robot, i, fed, base))
         p, R, n_l, m_l, *_ = (
-            part[-1] for part in integrate(numbers, base.T @ n_0, base.T @ m_0, rtol=rtol)
+            part[-1] for part in integrate_segments(segments, base.T @ n_0, base.T @ m_0, rtol)
         )
         tip = base @ R
         b = tip @ _vector(legs.b[i])

@@ -121,6 +121,33 @@ DOCUMENTS = {
         base = ["0 mm", "-100 mm", "0 mm"]
         motor = { kind = "telescopic", ratio = 2 }
         """,
+    "segments": """
+        format = 1
+        geometry = "plane"
+        [platform]
+        kind = "point"
+        [environment]
+        gravity = [0, -9.81]
+        [defaults.leg.rod]
+        length = "250 mm"
+        section = { kind = "rectangle", width = "2 mm", height = "10 mm" }
+        material = { E = "2.7 GPa", nu = 0.35, density = "1200 kg/m^3" }
+        [[legs]]
+        base = [-0.1, 0]
+        rod.precurvature = 1
+        [[legs.rod.segments]]
+        length = "100 mm"
+        [[legs.rod.segments]]
+        length = "150 mm"
+        section = { kind = "rectangle", width = "1 mm", height = "10 mm" }
+        precurvature_radius = "-0.5 m"
+        force = [0.1, 0]
+        [[legs]]
+        base = [0.1, 0]
+        [uncertainty]
+        l1_2 = "1 mm"
+        k_b2 = 1e-3
+        """,
 }
 
 MISSING = object()

@@ -39,7 +39,7 @@ def test_labels_are_those_of_the_analysis(geometry: AbstractGeometry) -> None:
             units[label] = select(robot, [label]).units[0]
         except InputError:
             continue
-    dimensions = parameter_dimensions(geometry.name, 2)
+    dimensions = parameter_dimensions(geometry.name, [1, 1])
     assert set(units) == set(dimensions)
     for label, unit in units.items():
         assert parse_quantity(f"1 {unit}", dimensions[label], label) == 1.0

@@ -33,7 +33,7 @@ def one_leg(**rod: Any) -> dict[str, Any]:
 
 
 def documented() -> list[RobotSpecification]:
-    """The complete examples of the documentation: the spatial and the planar one."""
+    """The complete examples of the documentation: in space, planar, with segments."""
     text = (ROOT / "docs" / "robot-files.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```toml\n(.*?)```", text, flags=re.DOTALL)
     complete = [block for block in blocks if re.search(r"^format = 1", block, flags=re.MULTILINE)]
@@ -65,7 +65,7 @@ def test_rfrfr_example() -> None:
 
 
 def test_documented_example() -> None:
-    _, robot = documented()
+    robot = documented()[1]
     assert robot.warnings == ()
     first, _, third = robot.legs
     assert first.rod.bending_stiffness is None
@@ -81,7 +81,7 @@ def test_documented_example() -> None:
 
 def test_documented_robot_in_space() -> None:
     """It is symmetric about z; its motors turn from outward to upward."""
-    robot, _ = documented()
+    robot = documented()[0]
     assert robot.warnings == ()
     assert (robot.platform.kind, robot.platform.mass) == ("body", 0.05)
     for angle, leg in zip((0.0, 120.0, 240.0), robot.legs, strict=True):
@@ -191,11 +191,11 @@ def test_leg_that_turns_about_itself(joint: Any, base_joint: Any, spins: bool) -
 
 
 def test_parameter_dimensions() -> None:
-    assert parameter_dimension("k_b2", "plane", 2).unit == "N*m^2"
-    assert parameter_dimension("kappa1", "plane", 1).unit == "rad/m"
-    assert parameter_dimension("m_P_x", "plane", 1).unit == "N*m"
-    assert parameter_dimension("base1_x", "space", 1).unit == "m"
-    assert "k_t1" in parameter_dimensions("space", 1)
+    assert parameter_dimension("k_b2", "plane", [1, 1]).unit == "N*m^2"
+    assert parameter_dimension("kappa1", "plane", [1]).unit == "rad/m"
+    assert parameter_dimension("m_P_x", "plane", [1]).unit == "N*m"
+    assert parameter_dimension("base1_x", "space", [1]).unit == "m"
+    assert "k_t1" in parameter_dimensions("space", [1])
     for label, geometry in [
         ("k_b3", "plane"),
         ("k_t1", "plane"),
@@ -203,4 +203,4 @@ def test_parameter_dimensions() -> None:
         ("", "space"),
     ]:
         with pytest.raises(InputError, match=r"^Argument `label` must be named after a parameter"):
-            parameter_dimension(label, geometry, 2)
+            parameter_dimension(label, geometry, [1, 1])

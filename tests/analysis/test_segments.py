@@ -1,0 +1,227 @@
+"""Sensitivities and stability of robots with rods of several segments."""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import cpr_jax as cpr
+from cpr_jax.analysis.parameters import select
+from cpr_jax.errors import InputError
+from cpr_jax.geometry import PLANE
+from cpr_jax.robots.catalogue import three_rfr
+from cpr_jax.robots.catalogue_space import three_rfs
+from cpr_jax.robots.joint import clamped
+from cpr_jax.robots.leg import make_leg
+from cpr_jax.robots.robot import in_space, make_robot
+from cpr_jax.rods.rod import kirchhoff_rod
+from cpr_jax.rods.segments import segmented_rod
+from tests.analysis.test_stability import at, by_chains, in_blocks, random_equilibria
+from tests.oracles import cosserat
+from tests.rods.common import differences
+from tests.statics.segmented import stepped
+
+SHARES = [(1.0,), (7 / 12, 5 / 12), (0.25, 0.5, 0.25)]
+PLANAR = ("k_b1", "l1", "k_b2_1", "k_b2_2", "l2_1", "l2_2", "kappa3_2", "r_c3_3", "f3_2_y", "f1_z")
+SPATIAL = ("k_21", "k_22_1", "k_33_3", "kappa3_1", "l1", "l3_3", "f2_2_x", "f2_1_z")
+
+
+@pytest.fixture(scope="module", params=["plane", "space"])
+def nominal(request):
+    """A robot with legs of one, two and three segments, an equilibrium, and some parameters."""
+    plane = request.param == "plane"
+    robot = stepped(three_rfr() if plane else three_rfs(), SHARES, seed=2, spread=0.5)
+    return robot, cpr.solve_forward(robot, robot.home.q_a + 0.05), PLANAR if plane else SPATIAL
+
+
+def test_sensitivity_of_all_unknowns(nominal):
+    """Π_y and Π_τ against central differences of equilibria, motors held."""
+    robot, solved, labels = nominal
+    delta = dict.fromkeys(labels, 1.0)
+    found = cpr.sensitivity(robot, solved, labels, delta)
+    selection = select(robot, labels)
+
+    @jax.jit
+    def solve(rho):
+        changed = selection.set(robot, rho)
+        again = cpr.solve_forward(changed, solved.q_a, guess=solved)
+        return jnp.concatenate([again.y, again.motor_torques])
+
+    rho = selection.get(robot)
+    steps = 2e-3 * np.maximum(np.abs(rho), 0.05)
+    expected = differences(lambda x: solve(rho + steps * x), np.zeros(len(rho)), 1.0) / steps
+    both = np.concatenate([found.Pi_y, found.Pi_tau])
+    size = np.max(np.abs(expected), axis=0)
+    assert np.all(size > 1e-4), size
+    np.testing.assert_allclose(both / size, expected / size, rtol=0, atol=1e-6)
+
+
+def test_two_ways_to_the_stiffness_agree(nominal):
+    """From the residual, and from the second variation of the energy; both symmetric."""
+    robot, solved, labels = nominal
+    delta = {labels[0]: 1.0}
+    by_rows = np.asarray(cpr.sensitivity(robot, solved, labels[:1], delta).platform_stiffness)
+    by_energy = np.asarray(cpr.stability(robot, solved).platform_stiffness)
+    d = robot.geometry.d
+    turns = np.eye(robot.n_p)
+    turns[d:, d:] = cpr.analysis.sensitivity.turn_jacobian(robot, solved.q_p[d:])
+    by_rows = by_rows @ np.linalg.inv(turns)
+    size = np.sqrt(np.abs(np.outer(np.diag(by_energy), np.diag(by_energy))))
+    np.testing.assert_allclose(by_rows / size, by_energy / size, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(by_rows / size, by_rows.T / size, rtol=0, atol=1e-8)
+
+
+def test_along_a_leg():
+    """Π_i(s) at the ends of segments, against differences of an independent integration."""
+    robot = stepped(three_rfr(), SHARES, seed=2, spread=0.5)
+    solved = cpr.solve_forward(robot, robot.home.q_a + 0.05)
+    found = cpr.leg_sensitivity(robot, solved, 3, points=9)
+    assert found.columns == ("k_b3_1", "r_c3_1", "k_b3_2", "r_c3_2", "k_b3_3", "r_c3_3")
+    assert found.s.shape == (25,) and found.Pi.shape == (25, 6, 6)
+    np.testing.assert_allclose(found.s[::8], 0.25 * np.array([0.0, 0.25, 0.75, 1.0]), rtol=1e-14)
+    q, wrench = float(solved.q_a[2]), np.asarray(solved.mu[2])
+    rod, turn = robot.leg(2).rod, np.array([[np.cos(q), np.sin(q)], [-np.sin(q), np.cos(q)]])
+
+    def ends(rho):
+        rods = [
+            cosserat.SpatialRod(
+                length,
+                np.array([1.0, 1.0, 1.0 / rho[2 * j]]),
+                np.array([0.0, 0.0, 1.0 / rho[2 * j + 1]]),
+                load=np.pad(turn @ force, (0, 1)),
+            )
+            for j, (length, force) in enumerate(
+                zip((0.0625, 0.125, 0.0625), (rod.force, *rod.further.force), strict=True)
+            )
+        ]
+        force = np.pad(turn @ wrench[:2], (0, 1))
+        p, R, n, m, *_ = cosserat.integrate_segments(rods, force, np.array([0.0, 0.0, wrench[2]]))
+        angle = np.arctan2(R[:, 1, 0], R[:, 0, 0])
+        return np.column_stack([p[:, :2] @ turn, angle, n[:, :2] @ turn, m[:, 2]])
+
+    rho = np.asarray(select(robot, found.columns).get(robot))
+    for column, value in enumerate(rho):
+        unit = 1e-5 * abs(value) * np.eye(6)[column]
+        expected = (ends(rho + unit) - ends(rho - unit)) / (2e-5 * abs(value))
+        size = np.max(np.abs(expected))
+        np.testing.assert_allclose(found.Pi[8::8, :, column] / size, expected / size, atol=1e-7)
+    assert cpr.leg_sensitivity(robot, solved, 1, points=9).s.shape == (9,)
+
+
+def test_labels_name_segments():
+    robot = stepped(three_rfr(), SHARES)
+    np.testing.assert_allclose(
+        select(robot, ("l1", "l2_1", "l2_2", "l3_2")).get(robot),
+        0.25 * np.array([1.0, 7 / 12, 5 / 12, 0.5]),
+        rtol=1e-14,
+    )
+    # Segments get longer each by itself, in whichever order.
+    for labels in (("l3_1", "l3_3", "l1"), ("l1", "l3_3", "l3_1")):
+        selection = select(robot, labels)
+        changed = selection.set(robot, selection.get(robot) + 0.01)
+        np.testing.assert_allclose(selection.get(changed) - selection.get(robot), 0.01, rtol=1e-12)
+        assert float(changed.legs.rod.length[2]) == pytest.approx(0.27, abs=1e-15)
+        again = select(robot, ("l3_2",))
+        np.testing.assert_allclose(again.get(changed), again.get(robot), rtol=1e-14)
+    spatial = stepped(three_rfs(), SHARES)
+    stiffnesses = select(spatial, ("k_t2_2", "k_22_1", "k_33_3", "k_b3_3")).get(spatial)
+    first = spatial.legs.rod.curvature_compliance
+    further = spatial.legs.rod.further.curvature_compliance
+    expected = np.array([further[1, 0, 0], first[1, 1], further[2, 1, 2], further[2, 1, 2]])
+    np.testing.assert_allclose(stiffnesses, 1.0 / expected, rtol=1e-15)
+    with pytest.raises(InputError, match=r"one of the 2 segments of leg 2, such as 'k_b2_1'"):
+        select(robot, "k_b2")
+    with pytest.raises(InputError, match=r"one of the 3 segments of leg 3, such as 'f3_1_y'"):
+        select(robot, "f3_y")
+    for label in ("k_b1_1", "k_b2_3", "k_b2_0", "k_b3_4", "l1_1", "a2_1", "base2_1_y", "k_b4_1"):
+        with pytest.raises(InputError, match=r"must name numbers that the robot has"):
+            select(robot, label)
+    with pytest.raises(InputError, match=r"must name numbers that the robot has"):
+        select(three_rfr(), "k_b1_2")
+
+
+judged = in_blocks(lambda robot, y: cpr.stability(robot, at(robot, y)), 40)
+
+
+def test_index_of_random_equilibria():
+    """Unlike segments, against chains of rigid links; stiffness as well."""
+    robot = stepped(three_rfr(), SHARES, seed=7, spread=0.6)
+    anywhere = {"place": 0.3, "turn": 1.5}
+    held, free = {**anywhere, "force": 12.0}, {**anywhere, "force": 8.0}
+    y = random_equilibria(robot, 1600, held=held, free=free)
+    chains = by_chains(robot, y)
+    sure = ~chains.doubtful & (chains.moved < 0.01)
+    result = judged(robot, y)
+    np.testing.assert_array_equal(result.index[sure], chains.index[sure])
+    np.testing.assert_array_equal(result.leg_indices[sure], chains.leg_indices[sure])
+    assert np.mean(sure) > 0.9 and np.sum(sure) > 150
+    assert np.sum(chains.index[sure] >= 1) > 40
+    forces = np.max(np.abs(y[:, 6:].reshape(len(y), 3, 3)[:, :, :2]), axis=(1, 2))
+    few = y[np.argsort(forces)[:4]]
+    K = np.asarray(judged(robot, few).platform_stiffness)
+    coarse, fine = (by_chains(robot, few, links).stiffness for links in (120, 240))
+    size = np.max(np.abs(K), axis=(1, 2), keepdims=True)
+    np.testing.assert_allclose(K / size, (4.0 * fine - coarse) / 3.0 / size, rtol=0, atol=1e-5)
+
+
+def column(force, first, second):
+    """A column, clamped at its base, that a dead load compresses at its free end."""
+    rod = segmented_rod([kirchhoff_rod(PLANE, *first), kirchhoff_rod(PLANE, *second)])
+    leg = make_leg(PLANE, (0.0, 0.0), rod, joint=clamped(PLANE))
+    robot = make_robot(PLANE, [leg], oriented=True, f_P=(-force, 0.0))
+    return robot, jnp.array([0.0, first[0] + second[0], 0.0, 0.0, -force, 0.0, 0.0])
+
+
+def critical_forces(first, second, highest):
+    """Roots of `tan(α₁ l₁) tan(α₂ l₂) = α₂ / α₁`, `α = √(P / k_b)`, up to a force."""
+    (l_1, k_1), (l_2, k_2) = first, second
+
+    def gap(P):
+        a_1, a_2 = np.sqrt(P / k_1), np.sqrt(P / k_2)
+        x, y = a_1 * l_1, a_2 * l_2
+        return a_1 * np.sin(x) * np.sin(y) - a_2 * np.cos(x) * np.cos(y)
+
+    grid = np.linspace(1e-6, highest, 4001)
+    signs = np.sign([gap(P) for P in grid])
+    return [brentq(gap, grid[k], grid[k + 1]) for k in np.flatnonzero(np.diff(signs))]
+
+
+@pytest.mark.parametrize(("first", "second"), [((0.6, 1.0), (0.4, 0.2)), ((0.3, 0.15), (0.7, 1.0))])
+def test_stepped_column(first, second):
+    """The index of a stepped cantilever column jumps where closed forms say; twofold in space."""
+    critical = critical_forces(first, second, 60.0)
+    assert len(critical) >= 3
+    for mode, P in enumerate(critical[:3]):
+        for factor, index in ((1.0 - 3e-3, mode), (1.0 + 3e-3, mode + 1)):
+            robot, y = column(factor * P, first, second)
+            assert int(judged(robot, y[None]).index[0]) == index
+            # In the axes (x, y, z) of space: motor, position, rotation, force, moment.
+            y = jnp.array([0.0, 0.0, float(y[1]), *[0.0] * 5, -factor * P, *[0.0] * 4])
+            assert int(judged(in_space(robot), y[None]).index[0]) == 2 * index
+        # Eigenvalues of the platform's stiffness change their signs there to many more digits.
+        for factor, index in ((1.0 - 1e-5, mode), (1.0 + 1e-5, mode + 1)):
+            robot, y = column(factor * P, first, second)
+            found = judged(robot, y[None])
+            negative = np.sum(np.linalg.eigvalsh(found.platform_stiffness[0]) < 0.0)
+            assert negative + found.leg_indices[0, 0] == index
+
+
+def test_what_uniform_columns_say():
+    """The closed form is Euler's, and another one than for the stiffness at either end."""
+    uniform = critical_forces((0.5, 1.0), (0.5, 1.0), 60.0)
+    np.testing.assert_allclose(uniform, (np.pi * np.array([0.5, 1.5])) ** 2, rtol=1e-9)
+    first, second = (0.6, 1.0), (0.4, 0.2)
+    robot, y = column(1.01 * critical_forces(first, second, 60.0)[0], first, second)
+    softer = dataclasses.replace(robot.legs.rod, curvature_compliance=jnp.array([[5.0]]))
+    stiffer = dataclasses.replace(
+        robot.legs.rod,
+        further=dataclasses.replace(
+            robot.legs.rod.further, curvature_compliance=jnp.array([[[1.0]]])
+        ),
+    )
+    for rod, index in ((softer, 1), (stiffer, 0)):
+        changed = dataclasses.replace(robot, legs=dataclasses.replace(robot.legs, rod=rod))
+        assert int(judged(changed, y[None]).index[0]) == index
