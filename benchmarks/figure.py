@@ -41,9 +41,9 @@ def draw(run: dict[str, Any], stem: pathlib.Path) -> None:
         figure = plt.figure(figsize=(PAGE, _HEIGHT))
         grid = figure.add_gridspec(2, 6)
         panels = {
-            "peers": (figure.add_subplot(grid[0, :3]), _bars, "Time per sample, s"),
+            "peers": (figure.add_subplot(grid[0, :3]), _dots, "Time per sample, s"),
             "precision": (figure.add_subplot(grid[0, 3:]), _precision, "Time per sample, s"),
-            "six legs": (figure.add_subplot(grid[1, :2]), _bars, "Six legs: time per solve, s"),
+            "six legs": (figure.add_subplot(grid[1, :2]), _dots, "Six legs: time per solve, s"),
             "samples": (figure.add_subplot(grid[1, 2:4]), _samples, "Time of a study, s"),
             "legs": (figure.add_subplot(grid[1, 4:]), _legs, "Time, s"),
         }
@@ -55,15 +55,18 @@ def draw(run: dict[str, Any], stem: pathlib.Path) -> None:
         save_figure(figure, stem, endings=("png",))
 
 
-def _bars(axes: Axes, values: dict[str, list], label: str) -> None:
-    """A bar for each program, the fastest on top."""
+def _dots(axes: Axes, values: dict[str, list], label: str) -> None:
+    """A dot for each program, the fastest on top."""
     ordered = sorted(values.items(), key=lambda item: -item[1][0][1])
     seconds = [points[0][1] for _, points in ordered]
-    colours = [BLUE if name.startswith("cpr_jax") else _LIGHT for name, _ in ordered]
-    axes.barh(range(len(ordered)), seconds, color=colours, height=0.75)
+    places = range(len(ordered))
+    colours = [BLUE if name.startswith("cpr_jax") else BLACK for name, _ in ordered]
+    # Dots: a logarithmic axis has no zero from which a bar could start.
+    axes.hlines(places, 0.5 * min(seconds), seconds, color=_LIGHT, linewidth=0.8)
+    axes.scatter(seconds, places, color=colours, s=18, zorder=3)
     axes.set_xscale("log")
-    axes.set_xlim(0.3 * min(seconds), 1.5 * max(seconds))
-    axes.set_yticks(range(len(ordered)), [_short(name) for name, _ in ordered], fontsize=7)
+    axes.set_xlim(0.5 * min(seconds), 2.0 * max(seconds))
+    axes.set_yticks(places, [_short(name) for name, _ in ordered], fontsize=7)
     axes.set_xlabel(label)
 
 
