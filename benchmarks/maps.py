@@ -1,51 +1,75 @@
-"""Workspace maps: time, cost per cell and memory over the number of cells.
+"""Workspace maps of the paper's robot, sensitivities and all: time and peak memory."""
 
-python -m benchmarks.maps [--cells 1000 10000 100000]
-"""
-
-import argparse
-import json
-import os
-import resource
+import pathlib
+import re
 import time
+from typing import Any
 
-import jax
 import numpy as np
 
+import cpr_jax as cpr
 
-def main() -> None:
-    """Maps half the workspace of the paper's robot at several resolutions."""
-    parser = argparse.ArgumentParser(description=main.__doc__)
-    parser.add_argument("--cells", nargs="+", type=float, default=[1e3, 1e4, 1e5])
-    parser.add_argument("--json", metavar="FILE")
-    arguments = parser.parse_args()
-    jax.config.update("jax_enable_x64", True)
-    import cpr_jax as cpr
+from .child import available_cores, measured_apart
+from .result import Result, Table, at_most
+from .timing import CompileClock
 
-    print(f"Load average {os.getloadavg()[0]:.2f}; {len(os.sched_getaffinity(0))} cores.")
+REQUIRED = 60.0
+"""Time for a million cells, s."""
+
+_HALF = 0.108
+"""Half of the workspace, all within reach, m²."""
+
+
+def run(quick: bool) -> Result:
+    """Maps of 10,000 cells, first and warm, and of a million."""
+    cells = [10_000, 10_000] + ([] if quick else [1_000_000])
+    cores = len(available_cores())
+    rows = measured_apart("maps", "measure", {"cells": cells}, cores=cores)
+    columns = [
+        ("map", "text"),
+        ("cells within reach", "count"),
+        ("solved", "count"),
+        ("compilation", "time"),
+        ("whole call", "time"),
+        ("per cell", "time"),
+        ("peak memory", "memory"),
+    ]
+    names = ["first call", "warm", "warm"]
+    table = Table(
+        "Half of the workspace with Π, singularities, stability and torques of every cell",
+        columns,
+        [[name, *row] for name, row in zip(names, rows, strict=False)],
+    )
+    verdicts = []
+    if not quick:
+        verdicts.append(at_most("1,000,000 map cells with Π, s", rows[-1][3], REQUIRED))
+    return Result([table], verdicts, {}, [])
+
+
+def measure(cells: list[int]) -> list[list[Any]]:
+    """Maps of about so many cells, one after the other.
+
+    **Returns:** cells within reach, solved cells, tracing and compilation, s, the whole call, s,
+    time a cell, s, and the peak memory of the process until then, MB.
+    """
     robot = cpr.rfrfr()
-    begin = time.perf_counter()
-    cpr.workspace_map(robot, spacing=0.02)
-    print(f"First map, everything compiled on the way: {time.perf_counter() - begin:.1f} s")
-    print(f"{'cells':>9} {'solved':>9} {'time':>9} {'per cell':>10} {'peak memory':>12}")
     rows = []
-    # Half of the workspace is about 0.108 m² within reach.
-    for wanted in sorted(arguments.cells):
-        spacing = float(np.sqrt(0.108 / wanted))
+    for wanted in cells:
         begin = time.perf_counter()
-        dataset = cpr.workspace_map(robot, spacing=spacing)
+        with CompileClock() as clock:
+            dataset = cpr.workspace_map(robot, spacing=float(np.sqrt(_HALF / wanted)))
         seconds = time.perf_counter() - begin
-        cells = int(np.sum(dataset["status"].values != cpr.Status.OUT_OF_REACH))
+        within = int(np.sum(dataset["status"].values != cpr.Status.OUT_OF_REACH))
         solved = int(np.sum(dataset["index"].values >= 0))
-        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-        rows.append({"cells": cells, "solved": solved, "seconds": seconds, "peak_MB": peak})
-        print(
-            f"{cells:9} {solved:9} {seconds:7.2f} s {1e6 * seconds / cells:7.1f} µs {peak:9.0f} MB"
-        )
-    if arguments.json:
-        with open(arguments.json, "w") as file:
-            json.dump(rows, file, indent=2)
+        rows.append([within, solved, clock.seconds, seconds, seconds / within, _peak_memory()])
+    return rows
 
 
-if __name__ == "__main__":
-    main()
+def _peak_memory() -> float | None:
+    """Of this process until now, MB, where the system tells it."""
+    status = pathlib.Path("/proc/self/status")
+    if not status.exists():
+        return None
+    # Not `getrusage`, which counts what the process was forked from.
+    found = re.search(r"VmHWM:\s+(\d+) kB", status.read_text())
+    return int(found[1]) / 1024.0 if found else None

@@ -1,114 +1,131 @@
-"""Monte Carlo at (0, 0.2): cpr_jax and scipy on the same samples, at equal accuracy."""
+"""Monte Carlo at (0, 0.2): cpr_jax and its peers on the same samples, at equal accuracy."""
 
-from typing import NamedTuple
+import functools
+from collections.abc import Callable
 
 import numpy as np
 
 import cpr_jax as cpr
-from cpr_jax.rods.integration import DEFAULT_STEPS
 
-from . import scipy_peer as peers
+from .child import available_cores
+from .peers import POINT, Field, Reached, field
+from .result import Result, Table, Verdict, at_least, at_most
 from .timing import FirstCall, first_call, take_turns
 
-POINT = (0.0, 0.2)
-"""End-effector, m."""
+ACCURACY = 1e-8
+"""Largest error of a platform coordinate that counts as accurate, m."""
 
-REQUIRED = 300.0
-"""How many times faster per sample cpr_jax is to be, warm."""
+FEW, MANY, MOST = 2_000, 50_000, 1_000_000
+"""Samples of the small study, of that beside fast peers, and of the large one."""
 
-COARSE_STEPS = 5
-"""Integration steps that still give about 1e-8 m here."""
+FASTER = {"scipy, as printed": 5000.0, "scipy, lean": 5000.0}
+"""How many times faster per sample cpr_jax is to be."""
 
-SCIPY_SAMPLES = 20
-"""Samples that scipy solves in each repeat, and on which errors are measured."""
+FASTER_THAN_FAST = {"CasADi": 50.0, "diffrax and optimistix": 150.0}
 
-LADDER = tuple(10.0 ** (-k / 2) for k in range(10, 25))
-"""Tolerances that scipy may take."""
+NATIVE, LONGEST = 5.0, 10.0
+"""How many times slower than C++ it may be; how long the large study may take, s."""
 
-
-class Row(NamedTuple):
-    """One line of the table.
-
-    **Attributes:**
-
-    - `name`: the program and its setting.
-    - `samples`: solved in one call.
-    - `wall`, `cpu`: time per sample, s.
-    - `error`: largest error of a platform coordinate, m.
-    - `ratios`: how many times slower each scipy peer of equal accuracy is, by its name.
-    """
-
-    name: str
-    samples: int
-    wall: float
-    cpu: float
-    error: float
-    ratios: dict[str, float]
+ROUNDS = 5
 
 
-class Outcome(NamedTuple):
-    """What a run measured: rows, and the first calls of cpr_jax by name."""
+def run(quick: bool) -> Result:
+    """Measures cpr_jax at its default accuracy beside each peer's coarsest accurate setting."""
+    firsts = _first_calls()
+    samples = MANY // 5 if quick else MANY
+    sizes = [FEW, samples] + ([] if quick else [MOST])
+    everyone = field(samples)
+    notes = list(everyone.missing)
+    reached: dict[str, Reached] = {}
+    for name, ladder in everyone.ladders.items():
+        if name == "cpr_jax":
+            continue
+        found = ladder.reach(ACCURACY)
+        if found is None:
+            notes.append(f"{name} is left out: none of its settings is accurate enough.")
+        else:
+            reached[name] = found
 
-    rows: list[Row]
-    first_calls: dict[str, FirstCall]
+    calls: dict[str, Callable[[], object]] = {
+        f"cpr_jax, {count:,} samples": functools.partial(_study, everyone, count) for count in sizes
+    }
+    for name, (contender, _, _) in reached.items():
+        calls[name] = functools.partial(contender.solve, everyone.rho[: contender.samples])
+    own = _study(everyone, samples)
+    timings = take_turns(calls, 2 if quick else ROUNDS)
+    error = float(np.max(np.abs(own.q_p - everyone.exact)))
+    beside = timings[f"cpr_jax, {samples:,} samples"].wall / samples
+    rows, per_sample = [], {}
+    for count in sizes:
+        timing = timings[f"cpr_jax, {count:,} samples"]
+        first = firsts["monte_carlo, 2,000 samples"].total if count == FEW else None
+        per_sample[f"cpr_jax, {count:,}"] = timing.wall / count
+        name = f"cpr_jax, {own.steps} steps, {len(available_cores())} threads"
+        wall, cpu = timing.wall / count, timing.cpu / count
+        rows.append([name, count, first, wall, cpu, error, wall / beside])
+    for name, (contender, first, error) in reached.items():
+        count, timing = contender.samples, timings[name]
+        per_sample[name] = timing.wall / count
+        wall, cpu = timing.wall / count, timing.cpu / count
+        rows.append([contender.name, count, first, wall, cpu, error, wall / beside])
+    notes.append(
+        f"The reference and scipy at its best agree to {everyone.agreement:.0e} m on "
+        "the first samples."
+    )
+    columns = [
+        ("program", "text"),
+        ("samples", "count"),
+        ("first call", "time"),
+        ("per sample", "time"),
+        ("CPU per sample", "time"),
+        ("error", "error"),
+        ("times", "ratio"),
+    ]
+    title = f"Monte Carlo with errors of at most {ACCURACY:.0e} m, warm, by turns"
+    series = {"peers": {name: [(0.0, seconds)] for name, seconds in per_sample.items()}}
+    tables = [_first_table(firsts), Table(title, columns, rows)]
+    return Result(tables, _verdicts(per_sample, samples, sizes), series, notes)
 
 
-def equal_tolerance(peer, nominal, slope, samples, exact, error: float) -> tuple[float, float]:
-    """The loosest tolerance at which scipy's error is at most twice another, and that error."""
-    for tolerance in LADDER:
-        ends = peers.solve_samples(peer, nominal, slope, samples, tolerance)
-        own = float(np.max(np.abs(ends - exact)))
-        if own <= 2.0 * error:
-            break
-    return tolerance, own
+def _study(everyone: Field, count: int) -> cpr.MonteCarlo:
+    return cpr.monte_carlo(everyone.robot, everyone.equilibrium, count, keep=count)
 
 
-def run(samples: int, rounds: int) -> Outcome:
-    """Measures everything; needs float64."""
+def _first_calls() -> dict[str, FirstCall]:
     robot = cpr.rfrfr()
     firsts = {"solve_inverse": first_call(lambda: cpr.solve_inverse(robot, POINT))}
     equilibrium = cpr.solve_inverse(robot, POINT)
+    firsts["monte_carlo, 2,000 samples"] = first_call(
+        lambda: cpr.monte_carlo(robot, equilibrium, FEW)
+    )
+    return firsts
 
-    def study(count: int, steps: int):
-        return cpr.monte_carlo(robot, equilibrium, count, steps=steps)
 
-    settings = (DEFAULT_STEPS, COARSE_STEPS)
-    for steps in settings:
-        firsts[f"monte_carlo, {steps} steps"] = first_call(
-            lambda steps=steps: study(samples, steps)
-        )
+def _first_table(firsts: dict[str, FirstCall]) -> Table:
+    columns = [("first call", "text"), ("tracing and compilation", "time"), ("whole call", "time")]
+    rows = [[name, call.compile, call.total] for name, call in firsts.items()]
+    return Table("First calls of cpr_jax, nothing compiled before", columns, rows)
 
-    rho = study(SCIPY_SAMPLES, DEFAULT_STEPS).rho
-    nominal = peers.solve(peers.LEAN, peers.RHO, np.asarray(equilibrium.y), peers.REFERENCE)
-    slope = peers.tangent(nominal)
-    exact = peers.solve_samples(peers.LEAN, nominal, slope, rho, peers.REFERENCE)
 
-    calls, details, partners = {}, {}, {}
-    for steps in settings:
-        error = float(np.max(np.abs(study(SCIPY_SAMPLES, steps).q_p - exact)))
-        mine, theirs = [], {}
-        for count in (samples, 10 * samples):
-            name = f"cpr_jax, {steps} steps, {count} samples"
-            calls[name] = lambda count=count, steps=steps: study(count, steps)
-            details[name] = (f"cpr_jax, {steps} steps", count, error)
-            mine.append(name)
-        for peer in (peers.PRINTED, peers.LEAN):
-            tolerance, own = equal_tolerance(peer, nominal, slope, rho, exact, error)
-            name = f"{peer.name}, {tolerance:.0e}"
-            calls[name] = lambda peer=peer, tolerance=tolerance: peers.solve_samples(
-                peer, nominal, slope, rho, tolerance
-            )
-            details[name] = (name, SCIPY_SAMPLES, own)
-            theirs[peer.name] = name
-        partners |= dict.fromkeys(mine, theirs)
-
-    timings = take_turns(calls, rounds)
-    rows = []
-    for name, (title, count, error) in details.items():
-        wall, cpu = (seconds / count for seconds in timings[name])
-        ratios = {
-            peer: timings[other].wall / SCIPY_SAMPLES / wall
-            for peer, other in partners.get(name, {}).items()
-        }
-        rows.append(Row(title, count, wall, cpu, error, ratios))
-    return Outcome(rows, firsts)
+def _verdicts(per_sample: dict[str, float], samples: int, sizes: list[int]) -> list[Verdict]:
+    """What is required, wherever the peer was measured."""
+    verdicts = []
+    for name, bound in FASTER.items():
+        for count in sizes:
+            ratio = per_sample[name] / per_sample[f"cpr_jax, {count:,}"]
+            text = f"times faster per sample than {name}, {count:,} samples"
+            verdicts.append(at_least(text, ratio, bound))
+    own = per_sample[f"cpr_jax, {samples:,}"]
+    for name, bound in FASTER_THAN_FAST.items():
+        if name in per_sample:
+            text = f"times faster per sample than {name}, {samples:,} samples"
+            verdicts.append(at_least(text, per_sample[name] / own, bound))
+    cores = len(available_cores())
+    native = f"C++, {cores} threads" if cores > 1 else "C++, 1 thread"
+    if native in per_sample:
+        text = f"times the time of {native}, {samples:,} samples"
+        verdicts.append(at_most(text, own / per_sample[native], NATIVE))
+    if MOST in sizes:
+        whole = MOST * per_sample[f"cpr_jax, {MOST:,}"]
+        verdicts.append(at_most("1,000,000 samples, s", whole, LONGEST))
+    return verdicts

@@ -1,5 +1,6 @@
-"""Monte Carlo beside programs that others would write, each as accurate as it must be."""
+"""The Monte Carlo study as cpr_jax and others run it, each in settings from coarse to fine."""
 
+import functools
 import importlib.util
 import itertools
 import time
@@ -11,123 +12,180 @@ import numpy as np
 import cpr_jax as cpr
 
 from . import casadi_peer, jax_peer, native_peer, numba_peer, scipy_peer
-from .timing import take_turns
+from .building import compiler
+from .child import available_cores
 
-ACCURACY = 1e-8
-"""Largest error of a platform coordinate that counts as accurate, m."""
+POINT = (0.0, 0.2)
+"""End-effector, m."""
 
 REFERENCE_STEPS = 40
+"""Integration steps of cpr_jax whose solutions all errors are measured against."""
+
+SCIPY_SAMPLES = 20
 
 Study = Callable[[np.ndarray], np.ndarray]
 
 
 class Contender(NamedTuple):
-    """A program with its setting, and how many samples it takes in a repeat."""
+    """A program with a setting: the platforms `p_P`, m, of parameters, so many in a call."""
 
     name: str
     solve: Study
     samples: int
 
 
-class PeerRow(NamedTuple):
-    """One line of the table: times in s, the error in m, and how many times slower it is."""
+class Reached(NamedTuple):
+    """The coarsest setting that is accurate enough.
 
-    name: str
-    samples: int
-    first: float
-    wall: float
-    error: float
-    ratio: float
+    **Attributes:**
 
-
-def run_peers(point: tuple[float, float], samples: int, rounds: int) -> tuple[list[PeerRow], list]:
-    """Measures all that are installed; returns rows, and why the others are missing.
-
-    **Arguments:**
-
-    - `samples`: that the fast ones solve in a repeat; the slow ones solve fewer.
+    - `first`: the longest first call of a setting, with what it takes to make it, s.
+    - `error`: the largest of a platform coordinate, m.
     """
+
+    contender: Contender
+    first: float
+    error: float
+
+
+class Ladder:
+    """A program's settings from fast to slow, tried until one is accurate enough."""
+
+    def __init__(self, settings: Iterator[Contender], rho: np.ndarray, exact: np.ndarray):
+        self._settings, self._rho, self._exact = settings, rho, exact
+        self._tried: list[Reached] = []
+
+    def reach(self, accuracy: float) -> Reached | None:
+        """The first setting with at most this error."""
+        while True:
+            for reached in self._tried:
+                if reached.error <= accuracy:
+                    return reached
+            begin = time.perf_counter()
+            contender = next(self._settings, None)
+            if contender is None:
+                return None
+            ends = contender.solve(self._rho[: contender.samples])
+            first = max([time.perf_counter() - begin, *(found.first for found in self._tried)])
+            error = float(np.max(np.abs(ends - self._exact[: len(ends)])))
+            self._tried.append(Reached(contender, first, error if np.isfinite(error) else np.inf))
+
+
+class Field(NamedTuple):
+    """All programs on the same samples.
+
+    **Attributes:**
+
+    - `rho`, `exact`: parameters and their platforms.
+    - `ladders`: by the programs' names; `missing`: why others are left out.
+    - `agreement`: largest distance between the reference and scipy's best, m.
+    """
+
+    robot: cpr.Robot
+    equilibrium: cpr.Equilibrium
+    rho: np.ndarray
+    exact: np.ndarray
+    ladders: dict[str, Ladder]
+    missing: list[str]
+    agreement: float
+
+
+@functools.cache
+def field(samples: int) -> Field:
+    """Programs that are installed, with samples for the fast ones; slow ones solve fewer."""
     robot = cpr.rfrfr()
-    equilibrium = cpr.solve_inverse(robot, point)
+    equilibrium = cpr.solve_inverse(robot, POINT)
     reference = cpr.monte_carlo(robot, equilibrium, samples, steps=REFERENCE_STEPS, keep=samples)
     rho, exact = reference.rho, reference.q_p
-
-    def study(_: np.ndarray) -> np.ndarray:
-        return cpr.monte_carlo(robot, equilibrium, samples, keep=samples).q_p
-
     nominal = scipy_peer.solve(
         scipy_peer.LEAN, scipy_peer.RHO, np.asarray(equilibrium.y), scipy_peer.REFERENCE
     )
     slope = scipy_peer.tangent(nominal)
-    contenders, missing, firsts, errors = [Contender("cpr_jax", study, samples)], [], {}, {}
-    for name, needs, ladder in _ladders(nominal, slope, samples):
-        if needs is not None:
-            missing.append(f"{name} is left out: {needs}.")
-            continue
-        for contender in ladder:
-            begin = time.perf_counter()
-            ends = contender.solve(rho[: contender.samples])
-            firsts[contender.name] = time.perf_counter() - begin
-            error = float(np.max(np.abs(ends - exact[: contender.samples])))
-            if error <= ACCURACY:
-                contenders.append(contender)
-                errors[contender.name] = error
-                break
+    few = rho[:SCIPY_SAMPLES]
+    best = scipy_peer.solve_samples(scipy_peer.LEAN, nominal, slope, few, scipy_peer.REFERENCE)
+    ladders, missing = {}, []
+    own = "cpr_jax", None, _own(robot, equilibrium, samples)
+    for name, needs, settings in (own, *_others(nominal, slope, samples)):
+        if needs is None:
+            ladders[name] = Ladder(settings, rho, exact)
         else:
-            missing.append(f"{name} is left out: none of its settings is accurate enough.")
-    begin = time.perf_counter()
-    errors["cpr_jax"] = float(np.max(np.abs(study(rho) - exact)))
-    firsts["cpr_jax"] = time.perf_counter() - begin
-
-    timings = take_turns(
-        {c.name: lambda c=c: c.solve(rho[: c.samples]) for c in contenders}, rounds
-    )
-    own = timings["cpr_jax"].wall / samples
-    rows = []
-    for name, _, count in contenders:
-        wall = timings[name].wall / count
-        rows.append(PeerRow(name, count, firsts[name], wall, errors[name], wall / own))
-    return rows, missing
+            missing.append(f"{name} is left out: {needs}.")
+    agreement = float(np.max(np.abs(best - exact[:SCIPY_SAMPLES])))
+    return Field(robot, equilibrium, rho, exact, ladders, missing, agreement)
 
 
-def _ladders(
+def _own(robot, equilibrium, samples: int) -> Iterator[Contender]:
+    for steps in (2, 3, 4, 5, 6, 7, 8, 10, 14):
+
+        def study(rho: np.ndarray, steps: int = steps) -> np.ndarray:
+            # Its samples are those of the reference, drawn once more.
+            return cpr.monte_carlo(robot, equilibrium, len(rho), steps=steps, keep=len(rho)).q_p
+
+        yield Contender(f"cpr_jax, {steps} steps", study, samples)
+
+
+def _others(
     nominal: np.ndarray, slope: np.ndarray, samples: int
 ) -> Iterator[tuple[str, str | None, Iterator[Contender]]]:
-    """Each peer from coarse to fine, and what it lacks if it cannot run."""
+    """Each peer, what it lacks if it cannot run, and its settings."""
 
     def absent(module: str) -> str | None:
         return None if importlib.util.find_spec(module) else f"{module} is not installed"
 
+    def by_scipy(peer: scipy_peer.Peer) -> Iterator[Contender]:
+        for exponent in np.arange(4.0, 13.0, 0.5):
+            tolerance = 10.0**-exponent
+
+            def solve(rho: np.ndarray, tolerance: float = tolerance) -> np.ndarray:
+                return scipy_peer.solve_samples(peer, nominal, slope, rho, tolerance)
+
+            yield Contender(f"{peer.name}, {tolerance:.0e}", solve, SCIPY_SAMPLES)
+
     def native(threads: int) -> Iterator[Contender]:
         solve = native_peer.make(nominal, slope)
-        for iterations, steps in itertools.product((3, 4), (5, 6, 7, 8)):
+        for iterations, steps in _cheapest_first(
+            (2, 3, 4, 5), (2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 17, 20)
+        ):
             yield Contender(
-                f"C++, {threads} threads, {steps} steps, {iterations} iterations",
+                f"C++, {_threads(threads)}, {steps} steps, {iterations} iterations",
                 lambda rho, n=steps, k=iterations: solve(rho, n, k, threads),
                 samples,
             )
 
     def numba() -> Iterator[Contender]:
         solve = numba_peer.make(nominal, slope)
-        for steps in (50, 70, 100, 140, 200):
+        menu = (14, 20, 28, 40, 56, 80, 110, 160, 220, 320, 450, 640)
+        for iterations, steps in _cheapest_first((2, 3, 4), menu):
             yield Contender(
-                f"numba, RK4, {steps} steps", lambda rho, n=steps: solve(rho, n, 3), samples // 10
+                f"numba, RK4, {steps} steps, {iterations} iterations",
+                lambda rho, n=steps, k=iterations: solve(rho, n, k),
+                samples // 10,
             )
 
     def casadi() -> Iterator[Contender]:
-        for steps in (25, 35, 50, 70, 100, 140, 200):
+        for steps in (14, 20, 28, 40, 56, 80, 110, 160, 220, 320):
             solve = casadi_peer.make(nominal, slope, steps)
             yield Contender(f"CasADi, RK4, {steps} steps", solve, samples // 100)
 
     def plain() -> Iterator[Contender]:
-        for exponent in (5, 6, 7, 8, 9):
+        for exponent in (3, 4, 5, 6, 7, 8, 9, 10, 11):
             solve = jax_peer.make(nominal, slope, 10.0**-exponent)
-            name = f"diffrax and optimistix, tolerance 1e-{exponent}"
-            yield Contender(name, solve, samples // 100)
+            name = f"diffrax and optimistix, 1e-{exponent}"
+            yield Contender(name, solve, samples // 25)
 
-    compiler = None if native_peer.compiler() else "there is no C++ compiler"
-    yield "C++", compiler, native(1)
-    yield "C++ with two threads", compiler, native(2)
+    yield "scipy, as printed", None, by_scipy(scipy_peer.PRINTED)
+    yield "scipy, lean", None, by_scipy(scipy_peer.LEAN)
+    without = None if compiler() else "there is no C++ compiler"
+    for threads in sorted({1, len(available_cores())}):
+        yield f"C++, {_threads(threads)}", without, native(threads)
     yield "numba", absent("numba"), numba()
     yield "CasADi", absent("casadi"), casadi()
-    yield "the plain composition", None, plain()
+    yield "diffrax and optimistix", None, plain()
+
+
+def _threads(count: int) -> str:
+    return "1 thread" if count == 1 else f"{count} threads"
+
+
+def _cheapest_first(iterations, steps) -> list[tuple[int, int]]:
+    return sorted(itertools.product(iterations, steps), key=lambda pair: pair[0] * pair[1])

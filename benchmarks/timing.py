@@ -1,15 +1,21 @@
 """Clocks: compilation apart from running, and repeats that take turns."""
 
+import contextlib
+import importlib.metadata
 import os
+import pathlib
 import platform
+import re
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import jax
 
 from cpr_jax.studies.versions import versions
+
+from .child import available_cores
 
 
 class Timing(NamedTuple):
@@ -74,7 +80,7 @@ def first_call(function: Callable[[], object]) -> FirstCall:
     return FirstCall(clock.seconds, time.perf_counter() - start)
 
 
-def take_turns(functions: dict[str, Callable[[], object]], rounds: int) -> dict[str, Timing]:
+def take_turns(functions: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, Timing]:
     """Times functions A B C A B C …, so that what else the machine does hits all of them."""
     taken: dict[str, list[Timing]] = {name: [] for name in functions}
     for _ in range(rounds):
@@ -88,14 +94,21 @@ def take_turns(functions: dict[str, Callable[[], object]], rounds: int) -> dict[
     }
 
 
-def environment() -> dict[str, object]:
-    """Where a run took place: cores, load average over 1, 5 and 15 minutes, versions."""
-    import scipy
+def load() -> list[float]:
+    """Load average over 1, 5 and 15 minutes."""
+    return [round(value, 2) for value in os.getloadavg()] if hasattr(os, "getloadavg") else []
 
-    load = os.getloadavg() if hasattr(os, "getloadavg") else ()
-    return {
-        "cores": os.cpu_count(),
-        "load": [round(value, 2) for value in load],
-        "machine": platform.machine(),
-        "versions": {"python": platform.python_version(), **versions(), "scipy": scipy.__version__},
-    }
+
+def environment() -> dict[str, object]:
+    """Where a run takes place: cores, processor, versions."""
+    found = {"python": platform.python_version(), **versions()}
+    for name in ("scipy", "numba", "casadi"):
+        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
+            found[name] = importlib.metadata.version(name)
+    return {"cores": len(available_cores()), "processor": _processor(), "versions": found}
+
+
+def _processor() -> str:
+    info = pathlib.Path("/proc/cpuinfo")
+    names = re.findall(r"model name\s*: (.*)", info.read_text()) if info.exists() else []
+    return names[0] if names else platform.machine()

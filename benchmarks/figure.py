@@ -1,0 +1,107 @@
+"""One figure of a run: peers, precision, samples, legs."""
+
+import pathlib
+from typing import Any
+
+import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+
+from cpr_jax.plotting.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PAGE,
+    VERMILION,
+    journal_style,
+    save_figure,
+)
+
+_LIGHT = "#BDBDBD"
+_COLOURS = {
+    "cpr_jax": BLUE,
+    "scipy": ORANGE,
+    "C++": BLACK,
+    "numba": GREY,
+    "CasADi": GREEN,
+    "diffrax and optimistix": VERMILION,
+}
+_MARKERS = "osD^vP*X"
+_HEIGHT, _DPI = 4.8, 160
+
+
+def draw(run: dict[str, Any], stem: pathlib.Path) -> None:
+    """Draws what a run has measured, as a PNG."""
+    series: dict[str, dict[str, list]] = {}
+    for entry in run["tasks"].values():
+        series |= entry["series"]
+    with journal_style():
+        plt.rcParams["savefig.dpi"] = _DPI
+        figure = plt.figure(figsize=(PAGE, _HEIGHT))
+        grid = figure.add_gridspec(2, 6)
+        panels = {
+            "peers": (figure.add_subplot(grid[0, :3]), _dots, "Time per sample, s"),
+            "precision": (figure.add_subplot(grid[0, 3:]), _precision, "Time per sample, s"),
+            "six legs": (figure.add_subplot(grid[1, :2]), _dots, "Six legs: time per solve, s"),
+            "samples": (figure.add_subplot(grid[1, 2:4]), _samples, "Time of a study, s"),
+            "legs": (figure.add_subplot(grid[1, 4:]), _legs, "Time, s"),
+        }
+        for name, (axes, plot, label) in panels.items():
+            if name in series:
+                plot(axes, series[name], label)
+            else:
+                axes.set_axis_off()
+        save_figure(figure, stem, endings=("png",))
+
+
+def _dots(axes: Axes, values: dict[str, list], label: str) -> None:
+    """A dot for each program, the fastest on top."""
+    ordered = sorted(values.items(), key=lambda item: -item[1][0][1])
+    seconds = [points[0][1] for _, points in ordered]
+    places = range(len(ordered))
+    colours = [BLUE if name.startswith("cpr_jax") else BLACK for name, _ in ordered]
+    # Dots: a logarithmic axis has no zero from which a bar could start.
+    axes.hlines(places, 0.5 * min(seconds), seconds, color=_LIGHT, linewidth=0.8)
+    axes.scatter(seconds, places, color=colours, s=18, zorder=3)
+    axes.set_xscale("log")
+    axes.set_xlim(0.5 * min(seconds), 2.0 * max(seconds))
+    axes.set_yticks(places, [_short(name) for name, _ in ordered], fontsize=7)
+    axes.set_xlabel(label)
+
+
+def _short(name: str) -> str:
+    """A name without its setting, the published algorithm as which it is."""
+    head, _, setting = name.partition(": ")
+    if "published" in head:
+        return f"published, {', '.join(setting.split(', ')[:2])}"
+    return head.split(", ")[0] if "abreast" in name else head
+
+
+def _precision(axes: Axes, curves: dict[str, list], label: str) -> None:
+    for (name, points), marker in zip(curves.items(), _MARKERS, strict=False):
+        errors, seconds = zip(*sorted(points), strict=True)
+        colour = _COLOURS[name.split(", ")[0]]
+        axes.loglog(errors, seconds, color=colour, marker=marker, markersize=3.5, label=name)
+    axes.invert_xaxis()
+    axes.set_xlabel("Error of the platform, m")
+    axes.set_ylabel(label)
+    axes.legend(fontsize=6, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
+
+
+def _samples(axes: Axes, curves: dict[str, list], label: str) -> None:
+    for points in curves.values():
+        counts, seconds = zip(*points, strict=True)
+        axes.loglog(counts, seconds, color=BLUE, marker="o", markersize=3.5)
+    axes.set_xlabel("Monte Carlo samples")
+    axes.set_ylabel(label)
+
+
+def _legs(axes: Axes, curves: dict[str, list], label: str) -> None:
+    for (name, points), colour, marker in zip(curves.items(), (VERMILION, BLUE), "so", strict=True):
+        counts, seconds = zip(*points, strict=True)
+        axes.semilogy(counts, seconds, color=colour, marker=marker, markersize=3.5, label=name)
+    axes.set_xticks([int(count) for count, _ in next(iter(curves.values()))])
+    axes.set_xlabel("Legs")
+    axes.set_ylabel(label)
+    axes.legend(fontsize=7, frameon=False)
