@@ -104,7 +104,8 @@ def _correction(steps: int, chords: int):
     @over_lanes
     def kernel(problem, scaling, y, rights):
         """One iteration, then corrections with the same Jacobian."""
-        system = System(problem, *scaling, steps)
+        scale, units = scaling
+        system = System(problem, scale, units, steps)
         start = system.unknowns(y)
         values, inverse = system.inverted(start)
 
@@ -139,7 +140,8 @@ def _changed(y: Parts, change: Parts, where: Bool[Array, " lanes"]) -> Parts:
 def _linearised(steps: int):
     @over_lanes
     def kernel(problem, scaling, y):
-        system = System(problem, *scaling, steps)
+        scale, units = scaling
+        system = System(problem, scale, units, steps)
         values, blocks = system.linearised(system.unknowns(y))
         return system.in_rows(values), system.matrix(blocks)
 
