@@ -23,6 +23,7 @@ import jax
 from jax import export
 
 from .atomic import write_atomically
+from .room import make_room, watch
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -30,6 +31,7 @@ _UNDER = ("jax", "jaxlib", "equinox", "diffrax", "optimistix", "lineax", "numpy"
 """Distributions that a traced program depends on."""
 
 _folder: pathlib.Path | None = None
+_all: "list[_Program]" = []
 
 
 def use_cache(folder: str | os.PathLike | None = None) -> pathlib.Path:
@@ -66,6 +68,11 @@ class _Slot(NamedTuple):
     number: int
 
 
+def _forget() -> None:
+    for each in _all:
+        each.forget()
+
+
 class _Program:
     """A function of pytrees; see `program`."""
 
@@ -76,12 +83,16 @@ class _Program:
         self._known: dict[Any, _Loaded | None] = {}
         self._lock = threading.Lock()
         self._busy: dict[Any, threading.Lock] = {}
+        watch()
+        _all.append(self)
 
     def __call__(self, *args, **kwargs):
-        if _folder is None:
-            return self._jitted(*args, **kwargs)
         leaves, structure = jax.tree.flatten((args, kwargs))
         arrays = [leaf for leaf in leaves if eqx.is_array(leaf)]
+        if not any(isinstance(array, jax.core.Tracer) for array in arrays):
+            make_room(_forget)
+        if _folder is None:
+            return self._jitted(*args, **kwargs)
         devices = _devices(arrays)
         if devices is None:
             return self._jitted(*args, **kwargs)
@@ -93,15 +104,20 @@ class _Program:
         return _filled(loaded.outline, loaded.call(*arrays))
 
     def _load(self, key, args, kwargs) -> _Loaded | None:
-        if key in self._known:
-            return self._known[key]
+        known = self._known
+        if key in known:
+            return known[key]
         with self._lock:
             busy = self._busy.setdefault(key, threading.Lock())
         # One thread makes a program, another that wants the same one waits for it.
         with busy:
-            if key not in self._known:
-                self._known[key] = self._find_or_make(args, kwargs)
-        return self._known[key]
+            if key not in known:
+                known[key] = self._find_or_make(args, kwargs)
+        return known[key]
+
+    def forget(self) -> None:
+        """Drops what was loaded; calls that are under way keep theirs."""
+        self._known = {}
 
     def _find_or_make(self, args, kwargs) -> _Loaded | None:
         name = self._name(args, kwargs)

@@ -1,8 +1,10 @@
 """The equations of many cases at once, with the unknowns of each leg eliminated by itself.
 
 A leg knows its motor, the platform and its own μ only, so that `∂R/∂y` is an arrow: blocks of the
-legs, bordered by motors and platform. What is solved at last has as many rows as these. A block
-is regular wherever its leg, held at both of its ends, is stable: it is on every stable branch.
+legs, bordered by motors and platform. A block is regular wherever its leg, held at both of its
+ends, is stable, as it is on every stable branch; but for one direction, that in which a straight
+inextensible rod resists by itself. Hence the weakest direction of each leg is left to the border,
+and what is solved at last has as many rows as motors, platform coordinates and legs.
 """
 
 from typing import NamedTuple
@@ -11,7 +13,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .linear import eliminated
+from .linear import Eliminated, eliminated, eliminated_but_one
 from .problem import Problem
 from .residual import Units, leg_rows, platform_load
 
@@ -173,20 +175,30 @@ class System:
         own, outside = blocks.own[:f], blocks.outside[:f]
         unit = jnp.broadcast_to(jnp.eye(f)[:, :, None, None], own.shape)
         rights = jnp.concatenate([outside, unit], axis=1)
-        solved, sign = eliminated(own.reshape(f, f, -1), rights.reshape(f, k + f, -1))
-        solved, sign = solved.reshape(rights.shape), sign.reshape(rights.shape[2:])
-        follows, closes = solved[:, :k], solved[:, k:]
+        legs = eliminated_but_one(own.reshape(f, f, -1), rights.reshape(f, k + f, -1))
+        legs = jax.tree.map(lambda a: a.reshape(*a.shape[:-1], *own.shape[2:]), legs)
         # What motors and platform do to the wrenches while the joints stay closed.
-        seen = blocks.outside[f:] - _product(blocks.own[f:], follows)
+        seen = blocks.outside[f:] - _product(blocks.own[f:], legs.solved[:, :k])
         balance = self._by_border(seen, blocks.load)
-        border = jnp.concatenate([balance, self._imposed(balance)])
+        felt = blocks.own[f : f + self.n_p]
+        lanes = balance.shape[-1]
+        weak = -_product(felt, legs.weak[:, None])[:, 0]
+        rest = legs.left[:k] * jnp.ones_like(legs.own)
+        motors = jnp.moveaxis(rest[0] * self.by_motor, 1, 0)
+        by_border = jnp.concatenate([motors, jnp.moveaxis(rest[1:], 1, 0)], axis=1)
+        own = jnp.eye(self.n)[:, :, None] * legs.own
+        rows = (
+            (balance, weak),
+            (self._imposed(balance), jnp.zeros((self.n_a, self.n, lanes))),
+            (by_border * self.scale.border, own),
+        )
+        border = jnp.concatenate([jnp.concatenate(row, axis=1) for row in rows])
         unit = jnp.broadcast_to(jnp.eye(len(border))[:, :, None], border.shape)
         border, last = eliminated(border, unit)
         # Rows and columns change places with those of the legs.
         turned = -1.0 if self.n * f * self.n_a % 2 else 1.0
-        sign = turned * last * jnp.prod(sign, axis=0)
-        felt = blocks.own[f : f + self.n_p]
-        return values, Inverse(self, follows, closes, felt, border, sign)
+        sign = turned * last * jnp.prod(legs.sign, axis=0)
+        return values, Inverse(self, legs, felt, border, sign)
 
 
 class Inverse(NamedTuple):
@@ -194,29 +206,33 @@ class Inverse(NamedTuple):
 
     **Attributes:**
 
-    - `follows`: how μ answers to the motor and the platform, with a change of sign.
-    - `closes`: how μ answers to the rows of the joints.
+    - `legs`: how μ answers to the motor, the platform and the rows of the joints.
     - `felt`: wrenches on the platform by μ.
-    - `border`: inverse of what remains for motors and platform.
+    - `border`: inverse of what remains, for motors, platform and the legs' weakest directions.
     - `sign`: of the determinant of `∂R/∂y`.
     """
 
     system: System
-    follows: Float[Array, "freedoms k n lanes"]
-    closes: Float[Array, "freedoms freedoms n lanes"]
+    legs: Eliminated
     felt: Float[Array, "n_p freedoms n lanes"]
-    border: Float[Array, "n_q n_q lanes"]
+    border: Float[Array, "m m lanes"]
     sign: Float[Array, " lanes"]
 
     def of(self, values: Parts) -> Parts:
         """Times a residual: the unknowns that go with it."""
-        n_p = self.system.n_p
-        legs = _product(self.closes, values.legs[:, None])[:, 0]
+        system = self.system
+        k = 1 + system.n_p
+        legs = _product(self.legs.solved[:, k:], values.legs[:, None])[:, 0]
         felt = jnp.sum(_product(self.felt, legs[:, None])[:, 0], axis=1)
-        border = values.border + jnp.pad(felt, ((0, self.system.n_a), (0, 0)))
-        border = _product(self.border, border[:, None])[:, 0]
-        local = self.system._local(Parts(border, jnp.zeros_like(legs)))[: 1 + n_p]
-        return Parts(border, legs - _product(self.follows, local[:, None])[:, 0])
+        border = values.border + jnp.pad(felt, ((0, system.n_a), (0, 0)))
+        left = jnp.sum(self.legs.left[k:] * values.legs, axis=0)
+        lanes = jnp.broadcast_shapes(border.shape[1:], left.shape[1:])
+        parts = (jnp.broadcast_to(a, (len(a), *lanes)) for a in (border, left))
+        border = _product(self.border, jnp.concatenate(list(parts))[:, None])[:, 0]
+        border, weak = border[: -system.n], border[-system.n :]
+        local = system._local(Parts(border, jnp.zeros_like(legs)))[:k]
+        legs = legs - _product(self.legs.solved[:, :k], local[:, None])[:, 0]
+        return Parts(border, legs + self.legs.weak * weak)
 
 
 def _with_slopes(function, x):

@@ -106,6 +106,7 @@ def _correction(steps: int, chords: int):
         """One iteration, then corrections with the same Jacobian."""
         scale, units = scaling
         system = System(problem, scale, units, steps)
+        y = _for_all(y, problem)
         start = system.unknowns(y)
         values, inverse = system.inverted(start)
 
@@ -132,6 +133,12 @@ def _correction(steps: int, chords: int):
     return kernel
 
 
+def _for_all(y, problem):
+    """Unknowns for each lane: with them, all that is calculated varies from lane to lane."""
+    lanes = max(leaf.shape[-1] for leaf in jax.tree.leaves((y, problem)))
+    return jnp.broadcast_to(y, (len(y), lanes))
+
+
 def _changed(y: Parts, change: Parts, where: Bool[Array, " lanes"]) -> Parts:
     return jax.tree.map(lambda y, dy: jnp.where(where, y - dy, y), y, change)
 
@@ -142,6 +149,7 @@ def _linearised(steps: int):
     def kernel(problem, scaling, y):
         scale, units = scaling
         system = System(problem, scale, units, steps)
+        y = _for_all(y, problem)
         values, blocks = system.linearised(system.unknowns(y))
         return system.in_rows(values), system.matrix(blocks)
 

@@ -201,8 +201,8 @@ def polish(robot, imposed, target, y, outcome, branch, steps):
     guess = jnp.where(outcome == Status.SOLVED, y, jnp.nan)
     root = find_root(Problem(robot, imposed, target), guess, steps=steps, look=True)
     assert root.jacobian is not None
-    found, matrix, left = jax.lax.stop_gradient((root.y, root.jacobian, root.residual))
-    found = jnp.where(root.status == Status.SOLVED, found, 0.0)
+    matrix, left = jax.lax.stop_gradient((root.jacobian, root.residual))
+    found = jnp.where(root.status == Status.SOLVED, root.y, 0.0)
     measures = measures_with(robot, found, matrix[: robot.n_y - robot.n_a], steps)
     stayed = jnp.max(jnp.abs(found - guess) / unknown_scales(robot)) < 1e-3
     status = jnp.where((root.status == Status.SOLVED) & ~stayed, Status.LOST, root.status)

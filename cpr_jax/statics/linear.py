@@ -4,6 +4,9 @@ Written out rather than left to LAPACK, as jaxlib spreads a batch of LAPACK call
 threads that run the program: two such batches that meet can block each other for good.
 """
 
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
 import jax
 import jax.numpy as jnp
 from jax import lax
@@ -13,9 +16,6 @@ from ..lanes import lanes_last, over_lanes
 
 _BLOCK = 64
 """Lanes worked on at a time, so that their matrices stay in the cache of a core."""
-
-_SQUARINGS = 30
-"""Most squarings of a Gram matrix: two singular values 1e-9 apart (relative) still differ."""
 
 
 def solve_with_sign(
@@ -48,11 +48,6 @@ def inverse(matrix: Float[Array, "n n"]) -> Float[Array, "n n"]:
 def _inverse_jvp(primals, tangents):
     inverted = inverse(*primals)
     return inverted, -inverted @ tangents[0] @ inverted
-
-
-def norm_2(matrix: Float[Array, "n m"]) -> Float[Array, ""]:
-    """Largest singular value; NaN where an entry is not finite. Not differentiated."""
-    return _norm_2(matrix)
 
 
 def negative_eigenvalues(matrix: Float[Array, "n n"]) -> Int[Array, ""]:
@@ -114,10 +109,72 @@ def eliminated(
     rows = jnp.concatenate(
         [jnp.broadcast_to(a, (*a.shape[:2], lanes)) for a in (matrix, rights)], axis=1
     )
-    return _in_blocks(_gauss_jordan, rows)
+    return in_blocks(_gauss_jordan, rows)
 
 
-def _in_blocks(function, *arrays):
+class Eliminated(NamedTuple):
+    """A square system `A x = B` of which one unknown is left, lanes last.
+
+    **Attributes:**
+
+    - `solved`: x while the unknown that is left is zero, `(n, k)`.
+    - `weak`: how x goes with the unknown that is left, `(n,)`; it is 1 for that itself.
+    - `own`, `left`: the equation that remains, `own` times the unknown equals `left`.
+    - `sign`: of `det A` without the factor `own`.
+    """
+
+    solved: Float[Array, "n k lanes"]
+    weak: Float[Array, "n lanes"]
+    own: Float[Array, " lanes"]
+    left: Float[Array, "k lanes"]
+    sign: Float[Array, " lanes"]
+
+
+def eliminated_but_one(
+    matrix: Float[Array, "n n lanes"], rights: Float[Array, "n k lanes"]
+) -> Eliminated:
+    """All unknowns of `A x = B` but the one that A determines least; A may be singular so far.
+
+    The order is that of Gauss and Jordan with complete pivoting.
+    """
+    return Eliminated(*in_blocks(_but_one, jnp.concatenate([matrix, rights], axis=1)))
+
+
+def _but_one(rows):
+    n, lanes = rows.shape[0], rows.shape[-1]
+    index = lax.broadcasted_iota(jnp.int32, (n, n, lanes), 0) * n
+    index += lax.broadcasted_iota(jnp.int32, (n, n, lanes), 1)
+
+    def eliminate(_, state):
+        rows, free, place, sign = state
+        size = jnp.where(free, jnp.abs(rows[:, :n]), -1.0)
+        largest = size == jnp.max(size, axis=(0, 1))
+        chosen = index == jnp.min(jnp.where(largest, index, n * n), axis=(0, 1))
+        row, column = jnp.any(chosen, axis=1), jnp.any(chosen, axis=0)
+        pivot_row = jnp.sum(jnp.where(row[:, None], rows, 0.0), axis=0)
+        pivot = jnp.sum(jnp.where(column, pivot_row[:n], 0.0), axis=0)
+        factors = jnp.sum(jnp.where(column, rows[:, :n], 0.0), axis=1)
+        pivot_row = pivot_row / pivot
+        others = rows - factors[:, None] * pivot_row
+        rows = jnp.where(row[:, None], pivot_row, others)
+        free = free & ~row[:, None] & ~column
+        return rows, free, place | chosen, sign * jnp.sign(pivot)
+
+    none = jnp.zeros((n, n, lanes), bool)
+    start = rows, ~none, none, jnp.ones(lanes, rows.dtype)
+    rows, free, place, sign = lax.fori_loop(0, n - 1, eliminate, start)
+    last_row, last_column = jnp.any(free, axis=1), jnp.any(free, axis=0)
+    by_left = jnp.sum(jnp.where(last_column, rows[:, :n], 0.0), axis=1)
+    left = jnp.sum(jnp.where(last_row[:, None], rows[:, n:], 0.0), axis=0)
+    own = jnp.sum(jnp.where(last_row, by_left, 0.0), axis=0)
+    solved = sum(jnp.where(place[i][:, None], rows[i, n:], 0.0) for i in range(n))
+    weak = jnp.where(last_column, 1.0, -sum(jnp.where(place[i], by_left[i], 0.0) for i in range(n)))
+    whose = jnp.sum(jnp.where(place | free, index // n, 0), axis=0)
+    swaps = sum((whose[i] > whose[j]).astype(rows.dtype) for j in range(n) for i in range(j))
+    return solved, weak, own, left, sign * (1.0 - 2.0 * (swaps % 2.0))
+
+
+def in_blocks(function: Callable[..., Any], *arrays: Array) -> Any:
     """`function` on blocks of the last axis, which is padded with copies of its last entry."""
     lanes = arrays[0].shape[-1]
     if lanes <= _BLOCK:
@@ -167,45 +224,9 @@ def _gauss_jordan(rows):
 
 
 @lanes_last
-def _norm_2(lift, matrix):
-    lanes = matrix.shape[2:]
-    norm = _in_blocks(_power, matrix.reshape(*matrix.shape[:2], -1))
-    return norm if lanes else norm[0]
-
-
-def _power(matrix):
-    """Largest singular value from high powers of the Gram matrix, found by squaring."""
-    size = jnp.max(jnp.abs(matrix), axis=(0, 1))
-    some = (size > 0.0) & jnp.isfinite(size)
-    scaled = jnp.where(some, matrix, 1.0) / jnp.where(some, size, 1.0)
-    gram = jnp.sum(scaled[:, :, None] * scaled[:, None], axis=0)
-    n = gram.shape[0]
-
-    def trace(g):
-        return sum(g[i, i] for i in range(n))
-
-    def spread(g):
-        """Zero once one singular value has outgrown the others."""
-        return 1.0 - jnp.sum(g**2, axis=(0, 1)) / trace(g) ** 2
-
-    def unfinished(state):
-        count, g = state
-        return (count < _SQUARINGS) & jnp.any(spread(g) > 1e-15 * n)
-
-    def square(state):
-        count, g = state
-        g = g / trace(g)
-        return count + 1, jnp.sum(g[:, :, None] * g[None], axis=1)
-
-    _, power = lax.while_loop(unfinished, square, (0, gram))
-    largest = jnp.sum(gram * power, axis=(0, 1)) / trace(power)
-    return jnp.where(some, size * jnp.sqrt(largest), jnp.where(size == 0.0, 0.0, jnp.nan))
-
-
-@lanes_last
 def _negative_pivots(lift, matrix):
     lanes = matrix.shape[2:]
-    count = _in_blocks(_pivots, matrix.reshape(*matrix.shape[:2], -1))
+    count = in_blocks(_pivots, matrix.reshape(*matrix.shape[:2], -1))
     return count if lanes else count[0]
 
 

@@ -1,5 +1,6 @@
 """Numbers that go with every equilibrium: conditioning, torques, energy."""
 
+import functools
 from typing import NamedTuple
 
 import equinox as eqx
@@ -12,13 +13,16 @@ from ..rods.equations import RodState, strain_energy_density, strains
 from ..rods.integration import rod_energy
 from ..rods.segments import segments_of
 from .accuracy import relative_tip_error
-from .linear import inverse_with_sign, norm_2
 from .residual import base_wrench, leg_base, load_arms, residual
+from .singular_values import norm_2, smallest
 from .unknowns import unknown_scales, unravel
 
 
 class Measures(eqx.Module):
-    """What an equilibrium says beside its unknowns. Not differentiated.
+    """What an equilibrium says beside its unknowns.
+
+    All are differentiable once, energy and torques to any order; derivatives of dimensionless
+    numbers are those with their units, `scales(robot)`, held.
 
     **Attributes:**
 
@@ -48,28 +52,56 @@ class Measures(eqx.Module):
 
 def measure(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[Measures, Float[Array, ""]]:
     """The measures at the unknowns `y` of an equilibrium, and the largest entry of `R₀` there."""
+    matrix, R_0 = _jacobian(robot, y, steps)
+    return measures_with(robot, y, matrix, steps), jnp.max(jnp.abs(R_0))
+
+
+def _jacobian(robot: Robot, y: Float[Array, " n_y"], steps: int):
     units = unknown_scales(robot)
 
     def rows(scaled):
         R_0 = residual(robot, unravel(robot, scaled * units), steps)
         return R_0, R_0
 
-    matrix, R_0 = jax.jacfwd(rows, has_aux=True)(y / units)
-    return measures_with(robot, y, matrix, steps), jnp.max(jnp.abs(R_0))
+    return jax.jacfwd(rows, has_aux=True)(y / units)
+
+
+@functools.cache
+def _known(steps: int):
+    """A Jacobian that is known, with the derivatives that it has as a function of its robot."""
+
+    @jax.custom_jvp
+    def known(robot, y, matrix):
+        return matrix
+
+    @known.defjvp
+    def rule(primals, tangents):
+        *given, matrix = primals
+
+        def jacobian(robot, y):
+            return _jacobian(robot, y, steps)[0]
+
+        return matrix, jax.jvp(jacobian, tuple(given), tuple(tangents[:2]))[1]
+
+    return known
 
 
 def measures_with(
     robot: Robot, y: Float[Array, " n_y"], matrix: Float[Array, "n_r n_y"], steps: int
 ) -> Measures:
-    """As `measure`, where `∂R₀/∂y` in the dimensionless unknowns is known."""
-    robot = jax.lax.stop_gradient(robot)
+    """As `measure`, where `∂R₀/∂y` in the dimensionless unknowns is known.
+
+    Differentiable in `robot` and `y`: the derivatives of the matrix are calculated where they are
+    asked for.
+    """
+    matrix = _known(steps)(robot, y, matrix)
     n_a, n_q = robot.n_a, robot.n_a + robot.n_p
     A_p = matrix[:, n_a:]
     A_q = jnp.concatenate([matrix[:, :n_a], matrix[:, n_q:]], axis=1)
     sigma_t1 = sign_t1 = jnp.full((), jnp.nan)
     if A_q.shape[0] == A_q.shape[1]:
-        sigma_t1, sign_t1 = _smallest(A_q)
-    sigma_t2, sign_t2 = _smallest(A_p)
+        sigma_t1, sign_t1 = smallest(A_q)
+    sigma_t2, sign_t2 = smallest(A_p)
     rods = _rods(robot, y, steps)
     return Measures(
         sigma_t1=sigma_t1,
@@ -82,15 +114,6 @@ def measures_with(
         energy=_energy(robot, y, rods),
         bows=_bows(robot, y, rods),
     )
-
-
-def _smallest(
-    matrix: Float[Array, "n n"],
-) -> tuple[Float[Array, ""], Float[Array, ""]]:
-    """Smallest singular value of a matrix, and the sign of its determinant."""
-    inverted, sign = inverse_with_sign(matrix)
-    singular = jnp.all(jnp.isfinite(matrix)) & ~jnp.all(jnp.isfinite(inverted))
-    return jnp.where(singular, 0.0, 1.0 / norm_2(inverted)), jnp.where(singular, 0.0, sign)
 
 
 def motor_torques(robot: Robot, y: Float[Array, " n_y"]) -> Float[Array, " n_a"]:
@@ -207,7 +230,14 @@ def _bows(robot: Robot, y: Float[Array, " n_y"], rods: _Rods) -> Float[Array, " 
             arm = jnp.stack(geometry.rotate(geometry.exp(q_p[geometry.d :]), arm))
         line = q_p[: geometry.d] + arm - rod.bases
         area = jnp.stack(geometry.cross(line, rod.positions / rod.lengths - rod.bases))
-        size = area[0] if geometry.r == 1 else jnp.linalg.norm(area)
-        return size / (jnp.linalg.norm(line) * rod.lengths)
+        size = area[0] if geometry.r == 1 else _length(area)
+        return size / (_length(line) * rod.lengths)
 
     return jax.vmap(one)(robot.legs, rods)
+
+
+def _length(vector):
+    """Of a vector; where it vanishes, its derivative is taken as zero."""
+    squared = jnp.sum(vector**2)
+    some = squared > 0.0
+    return jnp.where(some, jnp.sqrt(jnp.where(some, squared, 1.0)), 0.0)

@@ -195,14 +195,14 @@ def residual(
 
 def platform_load(robot: Robot, q_p: Float[Array, "n_p *lanes"]) -> Float[Array, "freedoms *lanes"]:
     """Wrench of all loads on the platform, at `p_P`."""
-    load = jnp.concatenate([robot.f_P, robot.m_P])
-    if robot.loads is None:
-        return load
-    geometry, force = robot.geometry, jnp.moveaxis(robot.loads.force, 0, 1)
-    arms = jnp.moveaxis(load_arms(robot, robot.loads, q_p), 0, 1)
-    moment = jnp.stack(geometry.cross(arms, force))
-    force = jnp.broadcast_to(force, (geometry.d, *moment.shape[1:]))
-    return load + jnp.sum(jnp.concatenate([force, moment]), axis=1)
+    geometry, force, moment = robot.geometry, robot.f_P, robot.m_P
+    if robot.loads is not None:
+        forces = jnp.moveaxis(robot.loads.force, 0, 1)
+        arms = jnp.moveaxis(load_arms(robot, robot.loads, q_p), 0, 1)
+        force = force + jnp.sum(forces, axis=1)
+        moment = moment + jnp.sum(jnp.stack(geometry.cross(arms, forces)), axis=1)
+    lanes = jnp.broadcast_shapes(force.shape[1:], moment.shape[1:])
+    return jnp.concatenate([jnp.broadcast_to(a, (len(a), *lanes)) for a in (force, moment)])
 
 
 def load_arms(

@@ -15,9 +15,10 @@ from ..programs import program
 from ..robots.robot import Robot
 from ..rods.equations import RodState
 from ..rods.segments import segments_of
-from ..statics.linear import inverse_with_sign, norm_2, row_axes
+from ..statics.linear import inverse_with_sign, row_axes
 from ..statics.measures import energy_and_bows, motor_torques
 from ..statics.residual import residual
+from ..statics.singular_values import norm_2
 from ..statics.unknowns import unknown_scales, unravel
 
 Array: TypeAlias = jaxtyping.Array | np.ndarray
