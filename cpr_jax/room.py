@@ -13,7 +13,7 @@ import jax
 _MAPS = pathlib.Path("/proc/self/maps")
 _LIMIT = pathlib.Path("/proc/sys/vm/max_map_count")
 
-_SHARE = 0.6
+_SHARE = 0.4
 """Share of the limit from which on room is made; two large programs may be under way."""
 
 _crowded = False
