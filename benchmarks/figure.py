@@ -38,20 +38,15 @@ def draw(run: dict[str, Any], stem: pathlib.Path) -> None:
         series |= entry["series"]
     with journal_style():
         plt.rcParams["savefig.dpi"] = _DPI
-        figure = plt.figure(figsize=(PAGE, _HEIGHT))
-        grid = figure.add_gridspec(2, 6)
-        panels = {
-            "peers": (figure.add_subplot(grid[0, :3]), _dots, "Time per sample, s"),
-            "precision": (figure.add_subplot(grid[0, 3:]), _precision, "Time per sample, s"),
-            "six legs": (figure.add_subplot(grid[1, :2]), _dots, "Six legs: time per solve, s"),
-            "samples": (figure.add_subplot(grid[1, 2:4]), _samples, "Time of a study, s"),
-            "legs": (figure.add_subplot(grid[1, 4:]), _legs, "Time, s"),
-        }
-        for name, (axes, plot, label) in panels.items():
-            if name in series:
+        rows = [[name for name in row if name in series] for row in _ROWS]
+        rows = [row for row in rows if row]
+        figure = plt.figure(figsize=(PAGE, _HEIGHT * len(rows) / len(_ROWS)))
+        for part, row in zip(
+            figure.subfigures(max(len(rows), 1), 1, squeeze=False)[:, 0], rows, strict=False
+        ):
+            for axes, name in zip(part.subplots(1, len(row), squeeze=False)[0], row, strict=True):
+                plot, label = _PANELS[name]
                 plot(axes, series[name], label)
-            else:
-                axes.set_axis_off()
         save_figure(figure, stem, endings=("png",))
 
 
@@ -105,3 +100,14 @@ def _legs(axes: Axes, curves: dict[str, list], label: str) -> None:
     axes.set_xlabel("Legs")
     axes.set_ylabel(label)
     axes.legend(fontsize=7, frameon=False)
+
+
+_ROWS = (("peers", "precision"), ("six legs", "samples", "legs"))
+_PANELS = {
+    "peers": (_dots, "Time per sample, s"),
+    "precision": (_precision, "Time per sample, s"),
+    "six legs": (_dots, "Six legs: time per solve, s"),
+    "samples": (_samples, "Time of a study, s"),
+    "legs": (_legs, "Time, s"),
+}
+"""Panels row by row; those of tasks that a run lacks leave their place to the others."""
