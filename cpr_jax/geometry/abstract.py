@@ -33,7 +33,8 @@ class AbstractGeometry(abc.ABC):
 
     A rotation is a unit complex number `(cos, sin)` in the plane and a unit quaternion
     `(w, x, y, z)` in space. The first local axis of a cross-section is the tangent of its
-    rod. Instances carry no data and serve as static fields.
+    rod. Instances carry no data and serve as static fields. Arrays may have further axes behind
+    their components, for many cases at once.
     """
 
     name: ClassVar[str]

@@ -40,6 +40,7 @@ def rod_tip(
     """The state at the end of a rod that starts at the origin along the first axis.
 
     Each segment of a rod takes `steps` steps of its own, so that steps end where stiffness jumps.
+    Arrays may have further axes behind their components, for many rods at once.
 
     Differentiable to any order, in forward and in reverse mode: each derivative is a forward
     integration of the variational equations (8), of which reverse mode takes the transpose.

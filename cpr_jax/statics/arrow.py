@@ -92,9 +92,9 @@ class System:
 
     def values(self, y: Parts) -> Parts:
         """`R(y, ρ)`."""
-        return self._joined(y, self._legs(self._local(y)))
+        return self._joined(y, self._legs(self.local(y)))
 
-    def _local(self, y: Parts):
+    def local(self, y: Parts):
         """The unknowns that each leg knows, SI: its motor, the platform, its μ."""
         border, own = y.border * self.scale.border, y.legs * self.scale.legs
         q = jnp.sum(self.by_motor * border[: self.n_a, None], axis=0)
@@ -126,7 +126,7 @@ class System:
 
     def linearised(self, y: Parts) -> tuple[Parts, Blocks]:
         """R and its Jacobian."""
-        local = self._local(y)
+        local = self.local(y)
         by_leg, slopes = _with_slopes(self._legs, local)
         outside, own = slopes[:, : 1 + self.n_p], slopes[:, 1 + self.n_p :]
         q_p = (y.border * self.scale.border)[self.n_a :]
@@ -139,9 +139,7 @@ class System:
         """What the legs feel, summed over the platform's balance: by motors and platform."""
         motors = -jnp.sum(outside[:, :1] * self.by_motor, axis=2)
         platform = load - jnp.sum(outside[:, 1:], axis=2)
-        lanes = max(motors.shape[-1], platform.shape[-1])
-        parts = (jnp.broadcast_to(p, (*p.shape[:2], lanes)) for p in (motors, platform))
-        return jnp.concatenate(list(parts), axis=1)[: self.n_p] * self.scale.border
+        return jnp.concatenate([motors, platform], axis=1)[: self.n_p] * self.scale.border
 
     def _imposed(self, like):
         return jnp.broadcast_to(self.problem.imposed, (self.n_a, *like.shape[1:]))
@@ -183,9 +181,8 @@ class System:
         felt = blocks.own[f : f + self.n_p]
         lanes = balance.shape[-1]
         weak = -_product(felt, legs.weak[:, None])[:, 0]
-        rest = legs.left[:k] * jnp.ones_like(legs.own)
-        motors = jnp.moveaxis(rest[0] * self.by_motor, 1, 0)
-        by_border = jnp.concatenate([motors, jnp.moveaxis(rest[1:], 1, 0)], axis=1)
+        by_border = jnp.concatenate([legs.left[0] * self.by_motor, legs.left[1:k]])
+        by_border = jnp.moveaxis(by_border, 1, 0)
         own = jnp.eye(self.n)[:, :, None] * legs.own
         rows = (
             (balance, weak),
@@ -226,11 +223,9 @@ class Inverse(NamedTuple):
         felt = jnp.sum(_product(self.felt, legs[:, None])[:, 0], axis=1)
         border = values.border + jnp.pad(felt, ((0, system.n_a), (0, 0)))
         left = jnp.sum(self.legs.left[k:] * values.legs, axis=0)
-        lanes = jnp.broadcast_shapes(border.shape[1:], left.shape[1:])
-        parts = (jnp.broadcast_to(a, (len(a), *lanes)) for a in (border, left))
-        border = _product(self.border, jnp.concatenate(list(parts))[:, None])[:, 0]
+        border = _product(self.border, jnp.concatenate([border, left])[:, None])[:, 0]
         border, weak = border[: -system.n], border[-system.n :]
-        local = system._local(Parts(border, jnp.zeros_like(legs)))[:k]
+        local = system.local(Parts(border, jnp.zeros_like(legs)))[:k]
         legs = legs - _product(self.legs.solved[:, :k], local[:, None])[:, 0]
         return Parts(border, legs + self.legs.weak * weak)
 

@@ -10,10 +10,14 @@ from jaxtyping import Array, Bool, Float, Int
 from .linear import solve_with_sign
 from .status import Status
 
+DEVIATION = 0.03
+"""Largest distance of a solution from its prediction, in dimensionless unknowns."""
+
+CLOSE = 1e-9
+"""Residual below which a last step of Newton's method, which squares the error, is added."""
+
 _MIN_STEP = 1e-5
-_MAX_DEVIATION = 0.03
 _CORRECTIONS = 6
-_CORRECTED = 1e-9
 
 
 class Track(NamedTuple):
@@ -83,8 +87,8 @@ def newton_corrector(
 
         def unfinished(carry):
             y, norm, _, _, k = carry
-            near = jnp.max(jnp.abs(y - predicted)) < _MAX_DEVIATION
-            return (k < _CORRECTIONS) & (norm > _CORRECTED) & near
+            near = jnp.max(jnp.abs(y - predicted)) < DEVIATION
+            return (k < _CORRECTIONS) & (norm > CLOSE) & near
 
         def newton(carry):
             y, *_, k = carry
@@ -96,7 +100,7 @@ def newton_corrector(
         first = (predicted, jnp.inf * one, one, jnp.eye(predicted.size), jnp.array(0))
         y, norm, sign, jacobian, _ = jax.lax.while_loop(unfinished, newton, first)
         _, shift = jax.jvp(lambda h: equations(y, h), (h,), (dh,))
-        return Corrected(y, norm <= _CORRECTED, sign, solve_with_sign(jacobian, -shift)[0])
+        return Corrected(y, norm <= CLOSE, sign, solve_with_sign(jacobian, -shift)[0])
 
     return correct
 
@@ -148,8 +152,8 @@ def follow(
         found = correct(predicted, value_on(end, segment), path[ahead + 1] - path[ahead])
         deviation = jnp.max(jnp.abs(found.y - predicted))
         expected = jnp.where(first, found.sign, walk.sign)
-        good = found.converged & (deviation < _MAX_DEVIATION) & (found.sign == expected)
-        growth = 0.7 * jnp.sqrt(_MAX_DEVIATION / jnp.maximum(deviation, 1e-12))
+        good = found.converged & (deviation < DEVIATION) & (found.sign == expected)
+        growth = 0.7 * jnp.sqrt(DEVIATION / jnp.maximum(deviation, 1e-12))
         grown = jnp.where(first, first_step, jnp.clip(growth, 0.3, 3.0) * taken)
         # A short step onto a corner says nothing about the steps after it.
         grown = jnp.where(lands & (growth > 1.0), jnp.maximum(grown, walk.step), grown)

@@ -10,14 +10,11 @@ from jaxtyping import Array, Bool, Float
 
 from ..lanes import over_lanes
 from .arrow import Parts, System
+from .continuation import CLOSE, DEVIATION
 from .problem import Problem
 from .residual import units_of
 from .unknowns import unknown_scales
 
-DEVIATION = 0.03
-"""Largest distance of a solution from its prediction, in dimensionless unknowns."""
-
-_CLOSE = 1e-9
 _ITERATIONS = 6
 
 _SLACK = 1e-4
@@ -62,7 +59,7 @@ def settle(
     def unfinished(state):
         now, moved, count = state
         near = jnp.max(jnp.abs(now.y - guess)) < DEVIATION
-        return (count < _ITERATIONS) & ((now.residual > _CLOSE) | (moved > _SLACK)) & near
+        return (count < _ITERATIONS) & ((now.residual > CLOSE) | (moved > _SLACK)) & near
 
     def newton(state):
         before, _, count = state
@@ -73,7 +70,7 @@ def settle(
     first = _Corrected(guess, jnp.inf * one, one, jnp.zeros(rights.shape, guess.dtype))
     now, _, _ = lax.while_loop(unfinished, newton, (first, jnp.inf * one, jnp.array(0)))
     # Below the tolerance, the last change of y has squared the error once more.
-    converged = (now.residual <= _CLOSE) & jnp.all(jnp.isfinite(now.y))
+    converged = (now.residual <= CLOSE) & jnp.all(jnp.isfinite(now.y))
     return Settled(now.y, converged, jnp.max(jnp.abs(now.y - guess)), now.sign, now.slope)
 
 
@@ -112,12 +109,12 @@ def _correction(steps: int, chords: int):
 
         def unfinished(state):
             count, _, left = state
-            return (count < chords) & jnp.any(left > _CLOSE)
+            return (count < chords) & jnp.any(left > CLOSE)
 
         def chord(state):
             count, now, left = state
             values = system.values(now)
-            going = left > _CLOSE
+            going = left > CLOSE
             now = _changed(now, inverse.of(values), going)
             return count + 1, now, jnp.where(going, values.largest(), left)
 

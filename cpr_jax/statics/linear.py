@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float, Int
 
-from ..lanes import lanes_last, over_lanes
+from ..lanes import over_lanes
 
 _BLOCK = 64
 """Lanes worked on at a time, so that their matrices stay in the cache of a core."""
@@ -223,11 +223,9 @@ def _gauss_jordan(rows):
     return rows[:, n:], sign
 
 
-@lanes_last
-def _negative_pivots(lift, matrix):
-    lanes = matrix.shape[2:]
-    count = in_blocks(_pivots, matrix.reshape(*matrix.shape[:2], -1))
-    return count if lanes else count[0]
+@over_lanes
+def _negative_pivots(matrix):
+    return in_blocks(_pivots, matrix)
 
 
 def _pivots(matrix):

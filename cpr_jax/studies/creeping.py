@@ -5,7 +5,7 @@ from jaxtyping import Array, Float
 
 from ..robots.robot import Robot
 from ..statics.advance import Nearby, advance
-from ..statics.correction import DEVIATION
+from ..statics.continuation import DEVIATION
 from ..statics.status import Status
 from .parallel import in_parallel, on_devices, padded
 

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 from ..errors import InputError
 from ..robots.robot import Robot
 from ..statics.advance import Nearby
-from ..statics.correction import DEVIATION
+from ..statics.continuation import DEVIATION
 from ..statics.problem import imposed_rows
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
