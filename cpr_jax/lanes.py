@@ -16,6 +16,9 @@ from jax.custom_batching import custom_vmap
 
 from .once import once
 
+_LARGE = 3000
+"""Operations from which on a single case, too, is worth the longer compilation by `once`."""
+
 
 class Lift(NamedTuple):
     """Vectorises functions of a kernel's arguments along its lanes.
@@ -93,11 +96,10 @@ def _level(kernel, treedef, laned: tuple[bool, ...]):
     """The kernel on leaves of which those flagged in `laned` have a last, merged lane axis."""
 
     # The inner jit traces a kernel once, however often a program calls it.
-    @custom_vmap
-    @jax.jit
-    @once
-    def level(*leaves):
+    def on_leaves(*leaves):
         return kernel(Lift(treedef, laned), *treedef.unflatten(leaves))
+
+    level = custom_vmap(jax.jit(once(on_leaves, 0 if any(laned) else _LARGE)))
 
     @level.def_vmap
     def rule(size, batched, *leaves):

@@ -35,11 +35,15 @@ _CALLS = {
 _LOOPS = {"scan": "jaxpr", "while": "body_jaxpr"}
 
 
-def once(function: Callable[..., Any]) -> Callable[..., Any]:
+def once(function: Callable[..., Any], least: int = 0) -> Callable[..., Any]:
     """The same function, each shared value of which is calculated once and kept in memory.
 
     Between two of these values a program is one loop over elements. Loops are entered, and calls
     are inlined; the result is no longer to be differentiated or batched by custom rules.
+
+    **Arguments:**
+
+    - `least`: number of operations below which a function stays as it is.
     """
 
     @functools.wraps(function)
@@ -47,7 +51,11 @@ def once(function: Callable[..., Any]) -> Callable[..., Any]:
         if jax.default_backend() != "cpu":
             return function(*args)
         program, shape = jax.make_jaxpr(function, return_shape=True)(*args)
-        values = _finished(program, jax.tree.leaves(args))
+        leaves = jax.tree.leaves(args)
+        if _size(program.jaxpr) < least:
+            values = core.jaxpr_as_fun(program)(*leaves)
+        else:
+            values = _finished(program, leaves)
         return jax.tree.unflatten(jax.tree.structure(shape), values)
 
     return calculated
@@ -64,6 +72,14 @@ class _Pending:
 
     def bind(self, *values):
         return self.equation.primitive.bind(*values, **self.equation.params)
+
+
+def _size(jaxpr) -> int:
+    """Number of operations, with those of loops and calls."""
+    inner = _CALLS | _LOOPS
+    return sum(
+        1 + (_size(e.params[inner[_name(e)]].jaxpr) if _name(e) in inner else 0) for e in jaxpr.eqns
+    )
 
 
 def _finished(program, args) -> list:

@@ -70,3 +70,9 @@ def test_shared_values_are_not_calculated_again():
 
     written = 12 * 12
     assert products(once(ladder)) <= written < products(ladder)
+
+
+def test_small_functions_can_be_left_alone():
+    lanes = RNG.normal(size=(2, 4))
+    kept, changed = (jax.make_jaxpr(once(with_loops, least))(*lanes[:, 0]) for least in (10**6, 10))
+    assert str(kept) == str(jax.make_jaxpr(with_loops)(*lanes[:, 0])) != str(changed)

@@ -11,6 +11,7 @@ from jaxtyping import Array, Bool, Float
 from ..lanes import over_lanes
 from .arrow import Parts, System
 from .continuation import CLOSE, DEVIATION
+from .linear import solve_many_with_sign
 from .problem import Problem
 from .residual import units_of
 from .unknowns import unknown_scales
@@ -54,6 +55,7 @@ def settle(
     - `guess`: dimensionless unknowns.
     - `rights`: right-hand sides for `slope`, in the order of R.
     - `chords`: corrections that use a Jacobian again: they make batches faster, programs larger.
+        Without them the whole Jacobian is eliminated, with them leg by leg.
     """
 
     def unfinished(state):
@@ -92,6 +94,12 @@ class _Corrected(NamedTuple):
 
 
 def _correct(problem: Problem, y, rights, steps: int, chords: int) -> _Corrected:
+    if chords == 0:
+        # A Jacobian that is used once is hardly worth its elimination by leg.
+        values, matrix = linearised(problem, y, steps)
+        both = jnp.column_stack([values, rights])
+        solved, sign = solve_many_with_sign(matrix, both)
+        return _Corrected(y - solved[:, 0], jnp.max(jnp.abs(values)), sign, solved[:, 1:])
     robot = problem.robot
     return _correction(steps, chords)(problem, (unknown_scales(robot), units_of(robot)), y, rights)
 
@@ -120,8 +128,7 @@ def _correction(steps: int, chords: int):
 
         left = values.largest()
         now = _changed(start, inverse.of(values), jnp.ones(left.shape, bool))
-        if chords > 0:
-            _, now, left = lax.while_loop(unfinished, chord, (0, now, left))
+        _, now, left = lax.while_loop(unfinished, chord, (0, now, left))
         slope = jax.vmap(
             lambda right: inverse.of(system.rows(right)).flat(), in_axes=1, out_axes=1
         )(rights)

@@ -8,6 +8,7 @@ import numpy as np
 
 from cpr_jax.robots.catalogue import rfrfr
 from cpr_jax.robots.robot import Home
+from cpr_jax.statics.equilibrium import solve_forward
 from tests.oracles.planar_shooting import PlanarRobot
 
 LANES = 300
@@ -62,3 +63,14 @@ def in_space_unknowns(spatial, y):
     turn = jnp.pad(q_p[2:], (0, 2 * (q_p.size - 2)))
     wrenches = jnp.pad(mu.reshape(n, 3), ((0, 0), (1, 2)))
     return jnp.concatenate([q_a, position, turn, wrenches.reshape(-1)])
+
+
+def torques_are_slopes_of_the_energy(robot, equilibrium, guess):
+    """Work of the motors, by central differences of equilibria with the motors held."""
+    step = 1e-4
+    for torque, unit in zip(equilibrium.motor_torques, np.eye(robot.n_a), strict=True):
+        above, below = (
+            solve_forward(robot, equilibrium.q_a + sign * step * unit, guess=guess).measures.energy
+            for sign in (1.0, -1.0)
+        )
+        np.testing.assert_allclose(torque, (above - below) / (2.0 * step), rtol=1e-6)

@@ -15,7 +15,7 @@ from cpr_jax.statics.roots import find_root
 from cpr_jax.statics.status import Status
 from tests.oracles import discrete_energy, planar_shooting
 from tests.oracles.planar_shooting import PlanarRobot
-from tests.statics.common import from_oracle
+from tests.statics.common import from_oracle, torques_are_slopes_of_the_energy
 
 
 def random_robot(seed, printed=False):
@@ -141,16 +141,8 @@ def test_the_outward_branch_is_stable(held):
 
 
 def test_motor_torque_is_the_derivative_of_the_energy(paper, nominal):
-    """Work of the motors, by central differences of equilibria with the motors held."""
     center = solve_inverse(paper, (0.05, 0.17))
-    step = 1e-4
-    for i, unit in enumerate(np.eye(2)):
-        above, below = (
-            solve_forward(paper, center.q_a + sign * step * unit, guess=nominal).measures.energy
-            for sign in (1.0, -1.0)
-        )
-        slope = (above - below) / (2.0 * step)
-        np.testing.assert_allclose(center.motor_torques[i], slope, rtol=1e-6)
+    torques_are_slopes_of_the_energy(paper, center, nominal)
 
 
 def test_along_a_path_of_the_platform_only_the_motors_do_work(paper, nominal):

@@ -19,7 +19,7 @@ from cpr_jax.statics.equilibrium import solve_forward, solve_inverse
 from cpr_jax.statics.shape import shape
 from cpr_jax.statics.status import Status
 from tests.oracles.whole_robot import unbalanced
-from tests.statics.common import in_space_unknowns
+from tests.statics.common import in_space_unknowns, torques_are_slopes_of_the_energy
 from tests.statics.random_robots import KINDS, random_robot
 from tests.statics.segmented import cut, stepped, with_rods
 
@@ -75,14 +75,7 @@ def test_random_robots(kind):
 def test_torques_are_the_derivative_of_the_energy(triangle):
     """Weights differ from segment to segment, which the potential of the loads must know."""
     robot, solved = triangle
-    step = 1e-4
-    for i, unit in enumerate(np.eye(3)):
-        above, below = (
-            solve_forward(robot, solved.q_a + sign * step * unit, guess=solved).measures.energy
-            for sign in (1.0, -1.0)
-        )
-        slope = (above - below) / (2.0 * step)
-        np.testing.assert_allclose(solved.motor_torques[i], slope, rtol=1e-6)
+    torques_are_slopes_of_the_energy(robot, solved, solved)
 
 
 def test_embedded_in_space(triangle):
