@@ -99,9 +99,25 @@ def _level(kernel, treedef, laned: tuple[bool, ...]):
     def on_leaves(*leaves):
         return kernel(Lift(treedef, laned), *treedef.unflatten(leaves))
 
-    level = custom_vmap(jax.jit(once(on_leaves, 0 if any(laned) else _LARGE)))
+    compiled = jax.jit(once(on_leaves, 0 if any(laned) else _LARGE))
+    return merging(compiled, laned, lambda flags: _level(kernel, treedef, flags))
 
-    @level.def_vmap
+
+def merging(
+    function: Callable[..., Any],
+    laned: tuple[bool, ...],
+    level: Callable[[tuple[bool, ...]], Callable[..., Any]],
+) -> Callable[..., Any]:
+    """A function of arrays whose batches have one lane axis, the last, however deep they nest.
+
+    **Arguments:**
+
+    - `function`: on arrays of which those flagged in `laned` have a last axis of lanes.
+    - `level`: the function for other flags.
+    """
+    merged = custom_vmap(function)
+
+    @merged.def_vmap
     def rule(size, batched, *leaves):
         # The inner lanes lie last already; the outer batch goes before them and is merged.
         width = next((leaf.shape[-1] for leaf, flag in zip(leaves, laned, strict=True) if flag), 0)
@@ -119,7 +135,7 @@ def _level(kernel, treedef, laned: tuple[bool, ...]):
                 leaf = leaf.reshape(*leaf.shape[:-2], size * width)
             new.append(leaf)
         flags = tuple(o or i for o, i in zip(batched, laned, strict=True))
-        out = _level(kernel, treedef, flags)(*new)
+        out = level(flags)(*new)
 
         def split(leaf):
             if width:
@@ -129,4 +145,4 @@ def _level(kernel, treedef, laned: tuple[bool, ...]):
         out = jax.tree.map(split, out)
         return out, jax.tree.map(lambda _: True, out)
 
-    return level
+    return merged

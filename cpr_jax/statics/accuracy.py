@@ -5,12 +5,15 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..robots.robot import Robot
-from ..rods.integration import tip_error
+from ..rods.integration import DEFAULT_STEPS, tip_error
 from .residual import leg_base
 from .unknowns import unravel
 
 TOLERANCE = 1e-8
 """Error of a rod's tip, in lengths of the rod, that is asked for where nothing else is said."""
+
+STEPS = (DEFAULT_STEPS, 20, 40)
+"""Numbers of steps that a single solve tries in turn."""
 
 MENU = (4, 5, 6, 7, 8, 10, 14, 20, 40)
 """Numbers of steps to choose from: each is compiled by itself."""

@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
+from ..queue import queued_loop
 from .linear import solve_with_sign
 from .status import Status
 
@@ -176,7 +177,8 @@ def follow(
         sign=zero,
         steps=jnp.array(0),
     )
-    walk = jax.lax.while_loop(unfinished, advance, walk)
+    length = jnp.sum(jnp.abs(jnp.diff(path, axis=0)))
+    walk = queued_loop(unfinished, advance, walk, length)
     finished = walk.position >= segments
     finite = jnp.all(jnp.isfinite(walk.y)) & jnp.all(jnp.isfinite(path))
     status = jnp.where(

@@ -14,8 +14,8 @@ from ..errors import InputError, check_integer
 from ..geometry import Numbers, namespace
 from ..programs import program, started
 from ..robots.robot import Robot
-from ..rods.integration import DEFAULT_STEPS
 from ..rods.segments import first_length
+from .accuracy import STEPS, TOLERANCE
 from .continuation import Track
 from .guess import at_rest, detours, from_home, from_neighbour, reaching, search
 from .measures import Measures, measures_with
@@ -69,7 +69,7 @@ def solve_inverse(
     *,
     imposed: Sequence[str] | None = None,
     guess: Equilibrium | None = None,
-    steps: int = DEFAULT_STEPS,
+    steps: int | None = None,
     throw: bool = True,
 ) -> Equilibrium:
     """The motor positions and the shape that put the platform at a point (15).
@@ -85,9 +85,11 @@ def solve_inverse(
     - `guess`: an equilibrium from which the branch is followed along a line. Without it, the
         branch is the one of the robot's home configuration; a robot without one is searched
         systematically and its equilibrium of least energy is taken.
-    - `steps`: integration steps along each rod; `measures.tip_error` tells what error they leave.
+    - `steps`: integration steps along each rod; `measures.tip_error` tells what error they leave,
+        and any error is accepted. By default as many as keep it below `accuracy.TOLERANCE`.
     - `throw`: raise where there is no solution; otherwise the status tells. Under `jax.jit`,
-        `jax.vmap` and the like nothing raises.
+        `jax.vmap` and the like nothing raises, and what more than the usual number of steps
+        would take is `INACCURATE`.
 
     **Returns:**
 
@@ -108,7 +110,7 @@ def solve_forward(
     q_a: Numbers,
     *,
     guess: Equilibrium | None = None,
-    steps: int = DEFAULT_STEPS,
+    steps: int | None = None,
     throw: bool = True,
 ) -> Equilibrium:
     """The platform pose and the shape that belong to motor positions.
@@ -126,20 +128,26 @@ def _solve(robot, imposed, target, guess, steps, throw):
     traced = any(isinstance(leaf, jax.core.Tracer) for leaf in given)
     alone = "search" if robot.home is None else "home"
     branch = alone if guess is None else "neighbour"
+    first, *finer = STEPS if steps is None else (steps,)
+    tolerance = np.asarray(TOLERANCE if steps is None else np.inf)
+    task = robot, imposed, target
     if traced:
-        reached = _reached(robot, imposed, target, guess, steps, True)
-    else:
-        ending = _compile_polish(robot, imposed, target, branch, steps)
-        try:
-            reached = _reached(robot, imposed, target, guess, steps, False)
-        finally:
-            if ending is not None:
-                ending.join()
-        # From numpy, as ahead: a weak type would make another program.
-        reached = jax.tree.map(np.asarray, reached)
-    equilibrium = polish(robot, imposed, target, reached.y, reached.status, branch, steps)
-    if throw and not traced and int(equilibrium.status) != Status.SOLVED:
+        reached = _reached(*task, guess, first, True)
+        return polish(*task, reached.y, reached.status, tolerance, branch, first)
+    ending = _compile_polish(*task, branch, first)
+    try:
+        reached = _reached(*task, guess, first, False)
+    finally:
+        if ending is not None:
+            ending.join()
+    # From numpy, as ahead: a weak type would make another program.
+    reached = jax.tree.map(np.asarray, reached)
+    for count in (first, *finer):
+        equilibrium = polish(*task, reached.y, reached.status, tolerance, branch, count)
         status = Status(int(equilibrium.status))
+        if status != Status.INACCURATE:
+            break
+    if throw and status != Status.SOLVED:
         raise SolveError(status, f"No equilibrium of {robot.name}: {status.message}.")
     return equilibrium
 
@@ -185,18 +193,19 @@ def _compile_polish(robot, imposed, target, branch, steps) -> threading.Thread |
     def compile_it() -> None:
         # It gives up at once on a guess that is not a number.
         nowhere = np.full(robot.n_y, np.nan), np.asarray(int(Status.LOST))
-        polish(robot, imposed, target, *nowhere, branch, steps)
+        polish(robot, imposed, target, *nowhere, np.asarray(TOLERANCE), branch, steps)
 
     return started(compile_it)
 
 
 @program
-def polish(robot, imposed, target, y, outcome, branch, steps):
+def polish(robot, imposed, target, y, outcome, tolerance, branch, steps):
     """The equilibrium at the end of a track, with its derivatives and its measures.
 
     **Arguments:**
 
     - `y`, `outcome`: the unknowns there and the status of the track.
+    - `tolerance`: largest `tip_error` that is accepted.
     """
     guess = jnp.where(outcome == Status.SOLVED, y, jnp.nan)
     root = find_root(Problem(robot, imposed, target), guess, steps=steps, look=True)
@@ -211,6 +220,8 @@ def polish(robot, imposed, target, y, outcome, branch, steps):
         fed = robot.legs.feed * (robot.transmission @ found[: robot.n_a])
         gone = jnp.any(first_length(robot.legs.rod) + fed <= 0.0)
         status = jnp.where((status == Status.SOLVED) & gone, Status.OUT_OF_REACH, status)
+    exact = measures.tip_error <= tolerance
+    status = jnp.where((status == Status.SOLVED) & ~exact, Status.INACCURATE, status)
     status = jnp.where(outcome == Status.SOLVED, status, outcome)
     solved = status == Status.SOLVED
     y = jnp.where(solved, root.y, jnp.nan)
@@ -242,7 +253,8 @@ def _base_wrenches(robot: Robot, state: State) -> Float[Array, "n freedoms"]:
 def _check_call(robot: Any, guess: Any, steps: Any) -> None:
     if not isinstance(robot, Robot):
         raise InputError(f"Argument `robot` must be a Robot, but it is a {type(robot).__name__}.")
-    check_integer("steps", steps)
+    if steps is not None:
+        check_integer("steps", steps)
     if guess is None:
         return
     if not isinstance(guess, Equilibrium):

@@ -14,6 +14,7 @@ class Status(enum.IntEnum):
     NOT_FOUND = 5
     BEYOND_FOLD = 6
     BEYOND_LIMITS = 7
+    INACCURATE = 8
 
     @property
     def message(self) -> str:
@@ -33,6 +34,7 @@ _MESSAGES = {
     Status.NOT_FOUND: "no equilibrium was found in a systematic search",
     Status.BEYOND_FOLD: "the branch folds back before it (a Type 1 singularity)",
     Status.BEYOND_LIMITS: "there is an equilibrium, beyond a limit",
+    Status.INACCURATE: "its rods take more integration steps, see `steps`",
 }
 
 

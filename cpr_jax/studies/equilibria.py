@@ -64,7 +64,7 @@ class AllEquilibria(NamedTuple):
         y = jnp.asarray(self.y[k])
         here = y[: robot.n_a + robot.n_p]
         solved = np.asarray(int(Status.SOLVED))
-        return polish(robot, imposed, here, y, solved, "search", steps)
+        return polish(robot, imposed, here, y, solved, np.asarray(np.inf), "search", steps)
 
 
 def find_equilibria(

@@ -1,5 +1,6 @@
 """A map that is killed: nothing finished is lost, and the rest gives the same bits."""
 
+import contextlib
 import os
 import pathlib
 import signal
@@ -27,17 +28,13 @@ import cpr_jax.studies.workspace as workspace
 cpr_jax.use_cache(sys.argv[2])
 from cpr_jax.robots.catalogue import rfrfr
 workspace._SAVE_EVERY = 0.0
-print("ready", flush=True)
 workspace.workspace_map(rfrfr(), spacing=0.005, out=sys.argv[1], resume=True)
-print("done", flush=True)
 """
 
 
 def start(folder, cache):
     return subprocess.Popen(
         [sys.executable, "-c", PROGRAM, str(folder), str(cache)],
-        stdout=subprocess.PIPE,
-        text=True,
         env={**os.environ, "JAX_PLATFORMS": "cpu"},
     )
 
@@ -53,36 +50,32 @@ def cache():
     return jax.config.jax_compilation_cache_dir
 
 
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory, cache):
-    """The map of a run that nobody disturbs, and the seconds from its parts to its end."""
-    folder = tmp_path_factory.mktemp("whole")
-    process = start(folder, cache)
-    while process.poll() is None and not (folder / "parts" / "configuration.json").exists():
-        time.sleep(0.01)
-    begun = time.monotonic()
-    assert process.wait() == 0
-    return load(folder), time.monotonic() - begun
+def wait_for_states(process, folder, count: int) -> None:
+    """Until a run has written a number of states, of which it writes one after every batch."""
+    file = folder / "parts" / "front-0.npz"
+    last, seen = None, 0
+    while process.poll() is None and seen < count:
+        with contextlib.suppress(FileNotFoundError):
+            written = file.stat().st_mtime_ns
+            seen += written != last
+            last = written
+        time.sleep(0.0005)
 
 
-def test_killed_at_random_moments(tmp_path, cache, whole):
-    dataset, seconds = whole
+def test_killed_at_random_moments(tmp_path, cache):
+    whole, killed = tmp_path / "whole", tmp_path / "killed"
+    assert start(whole, cache).wait() == 0
     random = np.random.default_rng(0)
-    kills = 0
     for _ in range(2):
-        process = start(tmp_path, cache)
-        process.stdout.readline()
-        while process.poll() is None and not (tmp_path / "parts" / "configuration.json").exists():
-            time.sleep(0.005)
-        time.sleep(random.uniform(0.0, 0.5 * seconds))
+        process = start(killed, cache)
+        wait_for_states(process, killed, random.integers(1, 30))
+        # Also between two states, or in the middle of writing one.
+        time.sleep(random.uniform(0.0, 0.01))
         process.send_signal(signal.SIGKILL)
-        if process.wait() == -signal.SIGKILL:
-            kills += 1
-    assert kills > 0
-    process = start(tmp_path, cache)
-    assert process.wait() == 0
-    xr.testing.assert_identical(load(tmp_path), dataset)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["map.nc"]
+        assert process.wait() == -signal.SIGKILL
+    assert start(killed, cache).wait() == 0
+    xr.testing.assert_identical(load(killed), load(whole))
+    assert sorted(path.name for path in killed.iterdir()) == ["map.nc"]
 
 
 def test_a_refined_map_goes_on_where_it_was(tmp_path, monkeypatch):

@@ -1,0 +1,124 @@
+"""Loops over many lanes, each of which takes as long as it takes.
+
+Under `jax.vmap` a `lax.while_loop` runs all of its lanes until the slowest has finished. Here a
+few slots work through the lanes: where one has finished, its slot takes the next.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple, TypeVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jax import lax
+from jaxtyping import Array, Bool, Float, Int
+
+from .lanes import merging
+
+SLOTS = 128
+"""Lanes worked on at a time: enough to fill vectors, few enough not to wait for each other."""
+
+_State = TypeVar("_State")
+
+
+class _Loop(NamedTuple):
+    unfinished: Callable[[list[Array]], Bool[Array, ""]]
+    advance: Callable[[list[Array]], list[Array]]
+
+
+def queued_loop(
+    unfinished: Callable[[_State], Bool[Array, ""]],
+    advance: Callable[[_State], _State],
+    state: _State,
+    effort: Float[Array, ""],
+) -> _State:
+    """As `lax.while_loop`, for a single case; batches of it are queued. Not differentiated.
+
+    **Arguments:**
+
+    - `effort`: lanes of which more is expected begin first, so that no slot is last by far.
+    """
+    # What the functions close over may differ from lane to lane, so it becomes an argument.
+    loop = eqx.filter_closure_convert(unfinished, state), eqx.filter_closure_convert(advance, state)
+    dynamic, static = eqx.partition(loop, eqx.is_array)
+    given, structure = jax.tree.flatten(dynamic)
+    values, form = jax.tree.flatten(state)
+    split = len(given)
+
+    def parts(given: list[Array]) -> _Loop:
+        unfinished, advance = eqx.combine(jax.tree.unflatten(structure, given), static)
+        return _Loop(
+            lambda values: unfinished(jax.tree.unflatten(form, values)),
+            lambda values: jax.tree.leaves(advance(jax.tree.unflatten(form, values))),
+        )
+
+    def level(laned: tuple[bool, ...]):
+        def run(*leaves):
+            given, values, effort = list(leaves[:split]), list(leaves[split:-1]), leaves[-1]
+            if any(laned):
+                return _through_slots(parts, given, values, effort, laned)
+            return lax.while_loop(*parts(given), values)
+
+        return merging(run, laned, level)
+
+    leaves = [*given, *values, effort]
+    return jax.tree.unflatten(form, level((False,) * len(leaves))(*leaves))
+
+
+class _Slots(NamedTuple):
+    """Lanes under way, and what has come of all (lanes last).
+
+    **Attributes:**
+
+    - `lane`: of each slot; the number of lanes where none is left for it.
+    - `values`: of the slots.
+    - `out`: of all lanes.
+    - `turn`: how many lanes have been given to a slot.
+    """
+
+    lane: Int[Array, " slots"]
+    values: list[Array]
+    out: list[Array]
+    turn: Int[Array, ""]
+
+
+def _through_slots(parts, given, values, effort, laned):
+    flagged = laned[: len(given)]
+    leaves = [*given, *values, effort]
+    lanes = next(leaf.shape[-1] for leaf, flag in zip(leaves, laned, strict=True) if flag)
+    values = [
+        leaf if flag else jnp.broadcast_to(leaf[..., None], (*leaf.shape, lanes))
+        for leaf, flag in zip(values, laned[len(given) :], strict=False)
+    ]
+    order = jnp.argsort(-jnp.broadcast_to(effort, (lanes,)))
+    axes = [-1 if flag else None for flag in flagged]
+
+    def taken(leaf, lane):
+        return jnp.take(leaf, lane, axis=-1, mode="clip")
+
+    def lane_of(turn):
+        return jnp.where(turn < lanes, taken(order, turn), lanes)
+
+    def over_slots(function, now, lane):
+        own = [taken(a, lane) if flag else a for a, flag in zip(given, flagged, strict=True)]
+        return jax.vmap(function, in_axes=(axes, -1), out_axes=-1)(own, now)
+
+    def unfinished(now, lane):
+        return over_slots(lambda given, now: parts(given).unfinished(now), now, lane)
+
+    def advance(slots: _Slots) -> _Slots:
+        lane = slots.lane
+        going = unfinished(slots.values, lane)
+        new = over_slots(lambda given, now: parts(given).advance(now), slots.values, lane)
+        new = [jnp.where(going, a, b) for a, b in zip(new, slots.values, strict=True)]
+        done = ~unfinished(new, lane)
+        place = jnp.where(done, lane, lanes)
+        out = [a.at[..., place].set(b, mode="drop") for a, b in zip(slots.out, new, strict=True)]
+        turn = slots.turn + jnp.cumsum(done)
+        lane = jnp.where(done, lane_of(turn - 1), lane)
+        new = [jnp.where(done, taken(a, lane), b) for a, b in zip(values, new, strict=True)]
+        return _Slots(lane, new, out, turn[-1])
+
+    first = lane_of(jnp.arange(min(SLOTS, lanes)))
+    start = _Slots(first, [taken(a, first) for a in values], values, jnp.array(first.size))
+    return lax.while_loop(lambda slots: jnp.any(slots.lane < lanes), advance, start).out
