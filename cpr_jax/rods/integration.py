@@ -82,19 +82,6 @@ def rod_energy(
     return _integrate(geometry, steps, Readout.ENERGY, rod, force, moment)
 
 
-def tip_error(
-    geometry: AbstractGeometry,
-    rod: Rod,
-    force: Float[Array, " d"],
-    moment: Float[Array, " r"],
-    steps: int = DEFAULT_STEPS,
-) -> Float[Array, ""]:
-    """Estimated error of the tip's position by step doubling, m: `|p_h - p_{h/2}|`."""
-    coarse = rod_tip(geometry, rod, force, moment, steps)
-    fine = rod_tip(geometry, rod, force, moment, 2 * steps)
-    return jnp.max(jnp.abs(coarse.position - fine.position))
-
-
 def _integrate(geometry, steps, readout, rod, force, moment):
     leaves, treedef = jax.tree.flatten((rod, force, moment))
     many = jnp.ndim(rod.length)

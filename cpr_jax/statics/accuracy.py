@@ -1,16 +1,20 @@
 """How many integration steps an accuracy takes."""
 
-import jax
+from typing import NamedTuple
+
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..robots.robot import Robot
-from ..rods.integration import DEFAULT_STEPS, tip_error
-from .residual import leg_base
+from ..rods.integration import DEFAULT_STEPS, rod_tip
+from .residual import assembled, by_leg, closing_rows, leg_base, units_by_leg
 from .unknowns import unravel
 
 TOLERANCE = 1e-8
 """Error of a rod's tip, in lengths of the rod, that is asked for where nothing else is said."""
+
+BALANCED = 5e-9
+"""`Measures.unbalanced` up to which a solve is accurate."""
 
 STEPS = (DEFAULT_STEPS, 20, 40)
 """Numbers of steps that a single solve tries in turn."""
@@ -23,24 +27,38 @@ _ORDER = 10
 _ROUNDOFF = 1e-13
 
 
+class Errors(NamedTuple):
+    """What an integration leaves, by step doubling.
+
+    **Attributes:**
+
+    - `tip`: largest error of a rod's tip, in lengths of the rod.
+    - `unbalanced`: largest entry of `R₀` with twice the steps, in units of `scales(robot)`.
+    """
+
+    tip: Float[Array, ""]
+    unbalanced: Float[Array, ""]
+
+
+def integration_errors(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Errors:
+    """Estimated errors of an equilibrium with unknowns `y` in SI units."""
+    geometry, state = robot.geometry, unravel(robot, y)
+    legs, q, mu = by_leg(robot, state)
+    base = leg_base(geometry, legs, q, mu)
+    coarse, fine = (
+        rod_tip(geometry, base.rod, base.force, base.moment, count) for count in (steps, 2 * steps)
+    )
+    apart = jnp.max(jnp.abs(coarse.position - fine.position) / base.rod.length)
+    platform = state.q_p[:, None]
+    rows = closing_rows(robot, units_by_leg(robot), legs, base, fine, platform)
+    return Errors(apart, jnp.max(jnp.abs(assembled(robot, state, *rows))))
+
+
 def relative_tip_error(
     robot: Robot, y: Float[Array, " n_y"], steps: int = _PROBE
 ) -> Float[Array, ""]:
-    """Estimated error of the tips by step doubling, in lengths of the rods; the largest.
-
-    **Arguments:**
-
-    - `y`: unknowns in SI units.
-    """
-    geometry = robot.geometry
-    state = unravel(robot, y)
-
-    def one(leg, q, mu):
-        base = leg_base(geometry, leg, q, mu)
-        error = tip_error(geometry, base.rod, base.force, base.moment, steps)
-        return error / base.rod.length
-
-    return jnp.max(jax.vmap(one)(robot.legs, robot.transmission @ state.q_a, state.mu))
+    """`Errors.tip`, by default of as few steps as tell what others leave."""
+    return integration_errors(robot, y, steps).tip
 
 
 def error_with(error: float, steps: int) -> float:

@@ -15,7 +15,7 @@ from ..geometry import Numbers, namespace
 from ..programs import program, started
 from ..robots.robot import Robot
 from ..rods.segments import first_length
-from .accuracy import STEPS, TOLERANCE
+from .accuracy import BALANCED, STEPS
 from .continuation import Track
 from .guess import at_rest, detours, from_home, from_neighbour, reaching, search
 from .measures import Measures, measures_with
@@ -85,8 +85,8 @@ def solve_inverse(
     - `guess`: an equilibrium from which the branch is followed along a line. Without it, the
         branch is the one of the robot's home configuration; a robot without one is searched
         systematically and its equilibrium of least energy is taken.
-    - `steps`: integration steps along each rod; `measures.tip_error` tells what error they leave,
-        and any error is accepted. By default as many as keep it below `accuracy.TOLERANCE`.
+    - `steps`: integration steps along each rod; `measures.unbalanced` tells what error they leave,
+        and any is accepted. By default as many as keep it below `accuracy.BALANCED`.
     - `throw`: raise where there is no solution; otherwise the status tells. Under `jax.jit`,
         `jax.vmap` and the like nothing raises, and what more than the usual number of steps
         would take is `INACCURATE`.
@@ -129,7 +129,7 @@ def _solve(robot, imposed, target, guess, steps, throw):
     alone = "search" if robot.home is None else "home"
     branch = alone if guess is None else "neighbour"
     first, *finer = STEPS if steps is None else (steps,)
-    tolerance = np.asarray(TOLERANCE if steps is None else np.inf)
+    tolerance = np.asarray(BALANCED if steps is None else np.inf)
     task = robot, imposed, target
     if traced:
         reached = _reached(*task, guess, first, True)
@@ -193,7 +193,7 @@ def _compile_polish(robot, imposed, target, branch, steps) -> threading.Thread |
     def compile_it() -> None:
         # It gives up at once on a guess that is not a number.
         nowhere = np.full(robot.n_y, np.nan), np.asarray(int(Status.LOST))
-        polish(robot, imposed, target, *nowhere, np.asarray(TOLERANCE), branch, steps)
+        polish(robot, imposed, target, *nowhere, np.asarray(BALANCED), branch, steps)
 
     return started(compile_it)
 
@@ -205,7 +205,7 @@ def polish(robot, imposed, target, y, outcome, tolerance, branch, steps):
     **Arguments:**
 
     - `y`, `outcome`: the unknowns there and the status of the track.
-    - `tolerance`: largest `tip_error` that is accepted.
+    - `tolerance`: largest `Measures.unbalanced` that is accepted.
     """
     guess = jnp.where(outcome == Status.SOLVED, y, jnp.nan)
     root = find_root(Problem(robot, imposed, target), guess, steps=steps, look=True)
@@ -220,8 +220,8 @@ def polish(robot, imposed, target, y, outcome, tolerance, branch, steps):
         fed = robot.legs.feed * (robot.transmission @ found[: robot.n_a])
         gone = jnp.any(first_length(robot.legs.rod) + fed <= 0.0)
         status = jnp.where((status == Status.SOLVED) & gone, Status.OUT_OF_REACH, status)
-    exact = measures.tip_error <= tolerance
-    status = jnp.where((status == Status.SOLVED) & ~exact, Status.INACCURATE, status)
+    rough = ~(measures.unbalanced <= tolerance)
+    status = jnp.where((status == Status.SOLVED) & rough, Status.INACCURATE, status)
     status = jnp.where(outcome == Status.SOLVED, status, outcome)
     solved = status == Status.SOLVED
     y = jnp.where(solved, root.y, jnp.nan)

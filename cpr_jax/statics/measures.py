@@ -12,7 +12,7 @@ from ..robots.robot import Robot
 from ..rods.equations import RodState, strain_energy_density, strains
 from ..rods.integration import rod_energy
 from ..rods.segments import segments_of
-from .accuracy import relative_tip_error
+from .accuracy import integration_errors
 from .residual import base_wrench, leg_base, load_arms, residual
 from .singular_values import norm_2, smallest
 from .unknowns import unknown_scales, unravel
@@ -33,6 +33,8 @@ class Measures(eqx.Module):
     - `condition`: condition number of `A_p`.
     - `motor_torques`: what the motors exert on the legs, N·m (N where they slide), `(n_a,)`.
     - `tip_error`: estimated error of the integration at the rods' tips, in rod lengths.
+    - `unbalanced`: estimated error of the integration in `R₀`, in units of `scales(robot)`: its
+        largest entry with twice the steps.
     - `energy`: total potential energy, of the rods and of dead loads, J.
     - `bows`: which way and how far each rod bows, shape `(n,)`: mean distance from the line between
         its base and its joint, over its length; in the plane positive where it bows to the left
@@ -46,6 +48,7 @@ class Measures(eqx.Module):
     condition: Float[Array, ""]
     motor_torques: Float[Array, " n_a"]
     tip_error: Float[Array, ""]
+    unbalanced: Float[Array, ""]
     energy: Float[Array, ""]
     bows: Float[Array, " n"]
 
@@ -103,6 +106,7 @@ def measures_with(
         sigma_t1, sign_t1 = smallest(A_q)
     sigma_t2, sign_t2 = smallest(A_p)
     rods = _rods(robot, y, steps)
+    errors = integration_errors(robot, y, steps)
     return Measures(
         sigma_t1=sigma_t1,
         sigma_t2=sigma_t2,
@@ -110,7 +114,8 @@ def measures_with(
         sign_t2=sign_t2,
         condition=norm_2(A_p) / sigma_t2,
         motor_torques=motor_torques(robot, y),
-        tip_error=relative_tip_error(robot, y, steps),
+        tip_error=errors.tip,
+        unbalanced=errors.unbalanced,
         energy=_energy(robot, y, rods),
         bows=_bows(robot, y, rods),
     )

@@ -137,10 +137,16 @@ def leg_rows(robot: Robot, units: Units, steps: int, leg: Leg, q, q_p, mu):
 
     Arrays may have further axes behind their components, for many legs and many cases at once.
     """
+    base = leg_base(robot.geometry, leg, q, mu)
+    tip = rod_tip(robot.geometry, base.rod, base.force, base.moment, steps)
+    return closing_rows(robot, units, leg, base, tip, q_p)
+
+
+def closing_rows(robot: Robot, units: Units, leg: Leg, base: LegBase, tip: RodState, q_p):
+    """As `leg_rows`, of a rod whose tip is known in the axes of its base."""
     geometry = robot.geometry
     d = geometry.d
-    base = leg_base(geometry, leg, q, mu)
-    tip = to_world(geometry, base, rod_tip(geometry, base.rod, base.force, base.moment, steps))
+    tip = to_world(geometry, base, tip)
     section = geometry.frame(tip.rotation)
     b = geometry.outward(section, leg.b)
     end = tip.position + b
@@ -177,17 +183,31 @@ def residual(
     `p_P`); then for each leg its joint, see `Joint`: `p_P - p_i(l_i) - R_i(l_i) b_i` and the
     moment at the pivot, `m(l_i) - R_i(l_i) b_i × n(l_i)`, for the legs of (15).
     """
-    q = robot.transmission @ state.q_a
-    units = Units(*(unit[:, None] for unit in units_of(robot)))
-    rows, wrenches = leg_rows(
-        robot,
-        units,
-        steps,
-        jax.tree.map(lambda leaf: jnp.moveaxis(leaf, 0, -1), robot.legs),
-        q,
-        state.q_p[:, None],
-        state.mu.T,
-    )
+    units, (legs, q, mu) = units_by_leg(robot), by_leg(robot, state)
+    rows, wrenches = leg_rows(robot, units, steps, legs, q, state.q_p[:, None], mu)
+    return assembled(robot, state, rows, wrenches)
+
+
+def units_by_leg(robot: Robot) -> Units:
+    """`units_of` for arrays of all legs."""
+    return Units(*(unit[:, None] for unit in units_of(robot)))
+
+
+def by_leg(
+    robot: Robot, state: State
+) -> tuple[Leg, Float[Array, " n"], Float[Array, "freedoms n"]]:
+    """All legs, their motor positions and their unknowns, with the legs as the last axis."""
+    legs = jax.tree.map(lambda leaf: jnp.moveaxis(leaf, 0, -1), robot.legs)
+    return legs, robot.transmission @ state.q_a, state.mu.T
+
+
+def assembled(
+    robot: Robot,
+    state: State,
+    rows: Float[Array, "freedoms n"],
+    wrenches: Float[Array, "freedoms n"],
+) -> Float[Array, " n_y_minus_n_a"]:
+    """`R₀` from what `leg_rows` says of all legs."""
     load = platform_load(robot, state.q_p)
     balance = (load - jnp.sum(wrenches, axis=-1)) / units_of(robot).wrench
     return jnp.concatenate([balance[: robot.n_p], rows.T.reshape(-1)])

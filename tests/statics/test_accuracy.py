@@ -6,10 +6,16 @@ import numpy as np
 import pytest
 
 import cpr_jax as cpr
+from cpr_jax.geometry import PLANE
+from cpr_jax.robots.joint import clamped
+from cpr_jax.robots.leg import make_leg
+from cpr_jax.robots.robot import make_robot
 from cpr_jax.rods.integration import rod_tip
+from cpr_jax.rods.rod import kirchhoff_rod
 from cpr_jax.statics.accuracy import MENU, error_with, relative_tip_error, steps_for
 from cpr_jax.statics.residual import leg_base
 from cpr_jax.statics.unknowns import unravel
+from tests.oracles.whole_robot import unbalanced
 
 
 def tips(robot, y, steps):
@@ -41,3 +47,36 @@ def test_nothing_is_enough_for_the_impossible():
     assert steps_for(1e-3, 1e-30) == MENU[-1]
     assert error_with(1e-9, 10) == pytest.approx(1e-9 / 1024)
     assert jnp.isfinite(error_with(0.0, 4))
+
+
+def column(force):
+    """A rod of 0.2 m that a force bends sharply next to its base, as it is much too strong for it.
+
+    It turns within `√(k_b / f)`, a fifth of its length at 8 N.
+    """
+    rod = kirchhoff_rod(PLANE, 0.2, 0.01)
+    leg = make_leg(PLANE, (0.0, 0.0), rod, screw=np.zeros(3), feed=1.0, joint=clamped(PLANE))
+    home = (0.0,), (0.2, 0.0, 0.0)
+    return make_robot(PLANE, [leg], oriented=True, f_P=jnp.stack([0.0, force]), home=home)
+
+
+def test_as_many_steps_as_it_takes():
+    robot = column(8.0)
+    rough, found = (cpr.solve_forward(robot, [0.0], steps=steps) for steps in (10, None))
+    assert 1e-8 < unbalanced(robot, rough.y) < 2.0 * float(rough.measures.unbalanced)
+    assert unbalanced(robot, found.y) < 1e-8
+    assert float(found.measures.unbalanced) < 5e-9
+
+
+def test_what_takes_more_steps_is_not_called_solved_in_a_batch():
+    forces = jnp.array([2.0, 8.0])
+
+    def solve(force, steps):
+        found = cpr.solve_forward(column(force), [0.0], steps=steps)
+        return found.status, found.y
+
+    (chosen, y), (given, finer) = (jax.vmap(solve, (0, None))(forces, n) for n in (None, 20))
+    np.testing.assert_array_equal(chosen, [cpr.Status.SOLVED, cpr.Status.INACCURATE])
+    assert np.all(np.isfinite(y[0])) and np.all(np.isnan(y[1]))
+    np.testing.assert_array_equal(given, cpr.Status.SOLVED)
+    np.testing.assert_allclose(finer[0], y[0], rtol=0, atol=1e-9)
