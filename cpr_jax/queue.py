@@ -16,7 +16,7 @@ from jaxtyping import Array, Bool, Float, Int
 from .lanes import merging
 
 SLOTS = 128
-"""Lanes worked on at a time: enough to fill vectors, few enough not to wait for each other."""
+"""Enough lanes to fill vectors, few enough not to wait for each other."""
 
 _State = TypeVar("_State")
 
@@ -30,13 +30,15 @@ def queued_loop(
     unfinished: Callable[[_State], Bool[Array, ""]],
     advance: Callable[[_State], _State],
     state: _State,
-    effort: Float[Array, ""],
+    effort: Float[Array, ""] | float = 0.0,
+    slots: int = SLOTS,
 ) -> _State:
     """As `lax.while_loop`, for a single case; batches of it are queued. Not differentiated.
 
     **Arguments:**
 
     - `effort`: lanes of which more is expected begin first, so that no slot is last by far.
+    - `slots`: lanes worked on at a time.
     """
     # What the functions close over may differ from lane to lane, so it becomes an argument.
     loop = eqx.filter_closure_convert(unfinished, state), eqx.filter_closure_convert(advance, state)
@@ -56,12 +58,12 @@ def queued_loop(
         def run(*leaves):
             given, values, effort = list(leaves[:split]), list(leaves[split:-1]), leaves[-1]
             if any(laned):
-                return _through_slots(parts, given, values, effort, laned)
+                return _through_slots(parts, given, values, effort, laned, slots)
             return lax.while_loop(*parts(given), values)
 
         return merging(run, laned, level)
 
-    leaves = [*given, *values, effort]
+    leaves = [*given, *values, jnp.asarray(effort)]
     return jax.tree.unflatten(form, level((False,) * len(leaves))(*leaves))
 
 
@@ -82,7 +84,7 @@ class _Slots(NamedTuple):
     turn: Int[Array, ""]
 
 
-def _through_slots(parts, given, values, effort, laned):
+def _through_slots(parts, given, values, effort, laned, slots):
     flagged = laned[: len(given)]
     leaves = [*given, *values, effort]
     lanes = next(leaf.shape[-1] for leaf, flag in zip(leaves, laned, strict=True) if flag)
@@ -119,6 +121,6 @@ def _through_slots(parts, given, values, effort, laned):
         new = [jnp.where(done, taken(a, lane), b) for a, b in zip(values, new, strict=True)]
         return _Slots(lane, new, out, turn[-1])
 
-    first = lane_of(jnp.arange(min(SLOTS, lanes)))
+    first = lane_of(jnp.arange(min(slots, lanes)))
     start = _Slots(first, [taken(a, first) for a in values], values, jnp.array(first.size))
     return lax.while_loop(lambda slots: jnp.any(slots.lane < lanes), advance, start).out

@@ -15,7 +15,7 @@ from .problem import Problem
 from .status import Status
 from .unknowns import unknown_scales
 
-_CHORDS = 2
+_CHORDS = 4
 
 
 class Nearby(NamedTuple):

@@ -5,10 +5,13 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 from jaxtyping import Array, Bool, Float
 
 from ..lanes import over_lanes
+from ..queue import queued_loop
+from ..robots.robot import Robot
 from .arrow import Parts, System
 from .continuation import CLOSE, DEVIATION
 from .linear import solve_many_with_sign
@@ -18,8 +21,11 @@ from .unknowns import unknown_scales
 
 _ITERATIONS = 6
 
-_SLACK = 1e-4
+_SLACK = 1e-3
 """How far from a solution its slopes and its sign may be taken, in dimensionless unknowns."""
+
+_CACHED = 3200
+"""Tangents of rods that are worked on at a time, over all legs and lanes."""
 
 
 class Settled(NamedTuple):
@@ -70,7 +76,8 @@ def settle(
 
     one = jnp.ones((), guess.dtype)
     first = _Corrected(guess, jnp.inf * one, one, jnp.zeros(rights.shape, guess.dtype))
-    now, _, _ = lax.while_loop(unfinished, newton, (first, jnp.inf * one, jnp.array(0)))
+    begin = first, jnp.inf * one, jnp.array(0)
+    now, _, _ = queued_loop(unfinished, newton, begin, slots=_slots(problem.robot))
     # Below the tolerance, the last change of y has squared the error once more.
     converged = (now.residual <= CLOSE) & jnp.all(jnp.isfinite(now.y))
     return Settled(now.y, converged, jnp.max(jnp.abs(now.y - guess)), now.sign, now.slope)
@@ -82,6 +89,12 @@ def linearised(
     """`R(y, ρ)` at dimensionless unknowns, and `∂R/∂y`; neither is differentiated."""
     robot = problem.robot
     return _linearised(steps)(problem, (unknown_scales(robot), units_of(robot)), y)
+
+
+def _slots(robot: Robot) -> int:
+    """How many lanes have Jacobians that stay in the cache of a core: a power of two."""
+    numbers = robot.n * (1 + robot.n_p + robot.geometry.freedoms)
+    return 2 ** int(np.log2(np.clip(_CACHED / numbers, 16, 256)))
 
 
 class _Corrected(NamedTuple):
