@@ -33,7 +33,7 @@ REFERENCE_STEPS = 20
 
 _START = (0.0, 0.02, 0.48)
 _POSE = 1e-3 * np.sqrt(2.0)
-_PATHS, _POSES = 128, 20
+_PATHS, _POSES = 512, 20
 _PUBLISHED = (40, 1e-6, 1e-4)
 """Steps, tolerance on the sum of squares and damping at first of Till's examples."""
 

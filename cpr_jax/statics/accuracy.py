@@ -14,7 +14,10 @@ TOLERANCE = 1e-8
 """Error of a rod's tip, in lengths of the rod, that is asked for where nothing else is said."""
 
 BALANCED = 5e-9
-"""`Measures.unbalanced` up to which a solve is accurate."""
+"""`Measures.unbalanced` from which a single solve takes more steps."""
+
+ROUGH = 1e-6
+"""`Measures.unbalanced` from which a solve that cannot take more steps is `INACCURATE`."""
 
 STEPS = (DEFAULT_STEPS, 20, 40)
 """Numbers of steps that a single solve tries in turn."""

@@ -15,7 +15,7 @@ from ..geometry import Numbers, namespace
 from ..programs import program, started
 from ..robots.robot import Robot
 from ..rods.segments import first_length
-from .accuracy import BALANCED, STEPS
+from .accuracy import BALANCED, ROUGH, STEPS
 from .continuation import Track
 from .guess import at_rest, detours, from_home, from_neighbour, reaching, search
 from .measures import Measures, measures_with
@@ -88,8 +88,8 @@ def solve_inverse(
     - `steps`: integration steps along each rod; `measures.unbalanced` tells what error they leave,
         and any is accepted. By default as many as keep it below `accuracy.BALANCED`.
     - `throw`: raise where there is no solution; otherwise the status tells. Under `jax.jit`,
-        `jax.vmap` and the like nothing raises, and what more than the usual number of steps
-        would take is `INACCURATE`.
+        `jax.vmap` and the like nothing raises, and the number of steps is the usual one: what it
+        leaves unbalanced by more than `accuracy.ROUGH` is `INACCURATE`.
 
     **Returns:**
 
@@ -129,7 +129,8 @@ def _solve(robot, imposed, target, guess, steps, throw):
     alone = "search" if robot.home is None else "home"
     branch = alone if guess is None else "neighbour"
     first, *finer = STEPS if steps is None else (steps,)
-    tolerance = np.asarray(BALANCED if steps is None else np.inf)
+    chosen = ROUGH if traced else BALANCED
+    tolerance = np.asarray(chosen if steps is None else np.inf)
     task = robot, imposed, target
     if traced:
         reached = _reached(*task, guess, first, True)

@@ -69,7 +69,7 @@ def test_as_many_steps_as_it_takes():
 
 
 def test_what_takes_more_steps_is_not_called_solved_in_a_batch():
-    forces = jnp.array([2.0, 8.0])
+    forces = jnp.array([2.0, 20.0])
 
     def solve(force, steps):
         found = cpr.solve_forward(column(force), [0.0], steps=steps)
