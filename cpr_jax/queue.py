@@ -84,13 +84,14 @@ class _Slots(NamedTuple):
     turn: Int[Array, ""]
 
 
-def _through_slots(parts, given, values, effort, laned, slots):
+def _through_slots(parts, given, values, effort, laned, width):
+    """The loop for lanes, the last axis of what is flagged in `laned`, with so many slots."""
     flagged = laned[: len(given)]
     leaves = [*given, *values, effort]
     lanes = next(leaf.shape[-1] for leaf, flag in zip(leaves, laned, strict=True) if flag)
     values = [
         leaf if flag else jnp.broadcast_to(leaf[..., None], (*leaf.shape, lanes))
-        for leaf, flag in zip(values, laned[len(given) :], strict=False)
+        for leaf, flag in zip(values, laned[len(given) : -1], strict=True)
     ]
     order = jnp.argsort(-jnp.broadcast_to(effort, (lanes,)))
     axes = [-1 if flag else None for flag in flagged]
@@ -121,6 +122,6 @@ def _through_slots(parts, given, values, effort, laned, slots):
         new = [jnp.where(done, taken(a, lane), b) for a, b in zip(values, new, strict=True)]
         return _Slots(lane, new, out, turn[-1])
 
-    first = lane_of(jnp.arange(min(slots, lanes)))
+    first = lane_of(jnp.arange(min(width, lanes)))
     start = _Slots(first, [taken(a, first) for a in values], values, jnp.array(first.size))
     return lax.while_loop(lambda slots: jnp.any(slots.lane < lanes), advance, start).out

@@ -15,7 +15,7 @@ from .problem import Problem
 from .status import Status
 from .unknowns import unknown_scales
 
-_CHORDS = 4
+_CHORDS = 2
 
 
 class Nearby(NamedTuple):
