@@ -93,14 +93,10 @@ def _through_slots(parts, given, values, effort, laned, width):
         leaf if flag else jnp.broadcast_to(leaf[..., None], (*leaf.shape, lanes))
         for leaf, flag in zip(values, laned[len(given) : -1], strict=True)
     ]
-    order = jnp.argsort(-jnp.broadcast_to(effort, (lanes,)))
     axes = [-1 if flag else None for flag in flagged]
 
     def taken(leaf, lane):
         return jnp.take(leaf, lane, axis=-1, mode="clip")
-
-    def lane_of(turn):
-        return jnp.where(turn < lanes, taken(order, turn), lanes)
 
     def over_slots(function, now, lane):
         own = [taken(a, lane) if flag else a for a, flag in zip(given, flagged, strict=True)]
@@ -108,6 +104,14 @@ def _through_slots(parts, given, values, effort, laned, width):
 
     def unfinished(now, lane):
         return over_slots(lambda given, now: parts(given).unfinished(now), now, lane)
+
+    # Lanes that have nothing to do are not given to a slot.
+    waiting = unfinished(values, jnp.arange(lanes))
+    order = jnp.lexsort((-jnp.broadcast_to(effort, (lanes,)), ~waiting))
+    waiting = jnp.sum(waiting)
+
+    def lane_of(turn):
+        return jnp.where(turn < waiting, taken(order, turn), lanes)
 
     def advance(slots: _Slots) -> _Slots:
         lane = slots.lane

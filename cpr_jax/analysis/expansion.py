@@ -7,6 +7,7 @@ from jaxtyping import Array, Float
 
 from ..programs import program
 from ..robots.robot import Robot
+from ..rods.integration import Steps
 from ..statics.accuracy import relative_tip_error
 from ..statics.linear import inverse
 from ..statics.problem import Problem, forward_rows, full_residual
@@ -42,7 +43,7 @@ class Expansion(eqx.Module):
     error: Float[Array, ""]
 
 
-def held_equations(robot: Robot, selection: Selection, y: Float[Array, " n_y"], steps: int):
+def held_equations(robot: Robot, selection: Selection, y: Float[Array, " n_y"], steps: Steps):
     """`R(y, ρ)` with the motors held where `y` (SI units) has them.
 
     **Returns:** a function of the unknowns in units of the nominal robot's, and of the parameters.

@@ -9,7 +9,7 @@ import diffrax
 import jax
 import jax.numpy as jnp
 from jax.custom_derivatives import SymbolicZero
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from ..geometry import AbstractGeometry
 from ..lanes import lanes_last
@@ -20,6 +20,9 @@ from .solver import ExtrapolatedMidpoint
 
 DEFAULT_STEPS = 10
 """Steps of order 10 along a rod: errors below 1e-9 of its length where it turns by up to 5 rad."""
+
+Steps = int | Int[Array, ""]
+"""A number of steps; an array is not compiled into a program, which then serves any number."""
 
 
 class Readout(enum.Enum):
@@ -35,7 +38,7 @@ def rod_tip(
     rod: Rod,
     force: Float[Array, " d"],
     moment: Float[Array, " r"],
-    steps: int = DEFAULT_STEPS,
+    steps: Steps = DEFAULT_STEPS,
 ) -> RodState:
     """The state at the end of a rod that starts at the origin along the first axis.
 
@@ -89,7 +92,13 @@ def _integrate(geometry, steps, readout, rod, force, moment):
     if many:
         over = jnp.broadcast_shapes(*(leaf.shape[-many:] for leaf in leaves))
         leaves = [jnp.broadcast_to(a, (*s, *over)) for a, s in zip(leaves, shapes, strict=True)]
-    return _differentiable(geometry, steps, readout, treedef, shapes, many, ())(*leaves)
+    nodes = None
+    if readout is Readout.SHAPE:
+        nodes = steps
+    else:
+        # Not a part of the program, which serves any number of steps.
+        leaves, shapes = [*leaves, jnp.asarray(steps)], (*shapes, ())
+    return _differentiable(geometry, nodes, readout, treedef, shapes, many, ())(*leaves)
 
 
 def _solve(geometry, steps, readout, rod, force, moment):
@@ -136,9 +145,11 @@ def _solve(geometry, steps, readout, rod, force, moment):
 
         def advance(y, t):
             y, *_ = solver.step(term, t, t + 1.0, y, None, None, made_jump=False)
-            return y, y if whole else None
+            return y, y
 
-        return jax.lax.scan(advance, y, jnp.arange(float(steps)))
+        if whole:
+            return jax.lax.scan(advance, y, jnp.arange(float(steps)))
+        return jax.lax.fori_loop(0, steps, lambda k, y: advance(y, 1.0 * k)[0], y), None
 
     if segments is None:
         ys, along = cross(y0, rod)
@@ -172,18 +183,22 @@ def _components(rod):
 
 
 @functools.cache
-def _traced_once(geometry, steps, readout, treedef):
-    """`_solve` on leaves, traced once. Batches and derivatives start from that trace."""
+def _traced_once(geometry, nodes, readout, treedef):
+    """`_solve` on leaves, traced once. Batches and derivatives start from that trace.
+
+    The number of steps is the last leaf, unless it is given as `nodes`.
+    """
 
     @jax.jit
     def solve(*leaves):
+        *leaves, steps = leaves if nodes is None else (*leaves, nodes)
         return _solve(geometry, steps, readout, *treedef.unflatten(leaves))
 
     return solve
 
 
 @functools.cache
-def _differentiable(geometry, steps, readout, treedef, shapes, many, perturbed):
+def _differentiable(geometry, nodes, readout, treedef, shapes, many, perturbed):
     """The integration together with its derivatives along the leaves flagged in `perturbed`.
 
     `perturbed` holds one tuple of flags for each order. The rule of the derivative of order k
@@ -193,10 +208,13 @@ def _differentiable(geometry, steps, readout, treedef, shapes, many, perturbed):
 
     @lanes_last
     def kernel(lift, *leaves):
-        function = _traced_once(geometry, steps, readout, treedef)
+        function = lift(_traced_once(geometry, nodes, readout, treedef))
+        # Around the lanes, which come last in memory then. All rods take as many steps.
+        axes = [-1 - lane for lane in lift.laned]
+        if nodes is None:
+            axes[-1] = None
         for _ in range(many):
-            function = jax.vmap(function, in_axes=-1, out_axes=-1)
-        function = lift(function)
+            function = jax.vmap(function, in_axes=tuple(axes), out_axes=-1 - any(lift.laned))
         for flags in perturbed:
             function = _with_tangents(function, shapes, flags)
         return function(*leaves)
@@ -208,7 +226,7 @@ def _differentiable(geometry, steps, readout, treedef, shapes, many, perturbed):
     def rule(primals, tangents):
         flags = tuple(not isinstance(tangent, SymbolicZero) for tangent in tangents)
         order = (*perturbed, flags)
-        value, jacobian = _differentiable(geometry, steps, readout, treedef, shapes, many, order)(
+        value, jacobian = _differentiable(geometry, nodes, readout, treedef, shapes, many, order)(
             *primals
         )
         seeds = jnp.concatenate(

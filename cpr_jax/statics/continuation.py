@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from ..queue import queued_loop
+from ..queue import SLOTS, queued_loop
 from .linear import solve_with_sign
 from .status import Status
 
@@ -113,6 +113,7 @@ def follow(
     max_steps: int | Int[Array, ""] = 400,
     first_step: float = 0.1,
     min_step: float = _MIN_STEP,
+    slots: int = SLOTS,
 ) -> Track:
     """Follows a root of `R(y, h) = 0` while `h` runs along a polygon.
 
@@ -127,6 +128,7 @@ def follow(
     - `start`: a root at `path[0]`.
     - `path`: corners of the polygon, at least two.
     - `first_step`, `min_step`: length of the first and of the shortest step, in segments.
+    - `slots`: of a batch, how many lanes are worked on at a time.
     """
     segments = path.shape[0] - 1
 
@@ -178,7 +180,7 @@ def follow(
         steps=jnp.array(0),
     )
     length = jnp.sum(jnp.abs(jnp.diff(path, axis=0)))
-    walk = queued_loop(unfinished, advance, walk, length)
+    walk = queued_loop(unfinished, advance, walk, length, slots)
     finished = walk.position >= segments
     finite = jnp.all(jnp.isfinite(walk.y)) & jnp.all(jnp.isfinite(path))
     status = jnp.where(

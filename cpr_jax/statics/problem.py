@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 
 from ..errors import InputError, shown
 from ..robots.robot import Robot
-from ..rods.integration import DEFAULT_STEPS
+from ..rods.integration import DEFAULT_STEPS, Steps
 from .residual import residual
 from .unknowns import unknown_labels, unknown_scales, unravel
 
@@ -103,7 +103,7 @@ def inverse_rows(robot: Robot) -> Float[Array, "n_a n_q"]:
 
 
 def full_residual(
-    scaled: Float[Array, " n_y"], problem: Problem, steps: int = DEFAULT_STEPS
+    scaled: Float[Array, " n_y"], problem: Problem, steps: Steps = DEFAULT_STEPS
 ) -> Float[Array, " n_y"]:
     """`R(y, ρ)` (5), (15) at the dimensionless unknowns `y / unknown_scales`."""
     robot = problem.robot

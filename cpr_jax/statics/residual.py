@@ -11,7 +11,7 @@ from ..robots.joint import BaseJoint
 from ..robots.leg import Leg
 from ..robots.robot import PointLoads, Robot
 from ..rods.equations import RodState
-from ..rods.integration import DEFAULT_STEPS, rod_tip
+from ..rods.integration import DEFAULT_STEPS, Steps, rod_tip
 from ..rods.rod import Rod
 from ..rods.segments import loads_inward
 from .unknowns import State, scales
@@ -132,7 +132,7 @@ def to_world(geometry: AbstractGeometry, base: LegBase, state: RodState) -> RodS
     )
 
 
-def leg_rows(robot: Robot, units: Units, steps: int, leg: Leg, q, q_p, mu):
+def leg_rows(robot: Robot, units: Units, steps: Steps, leg: Leg, q, q_p, mu):
     """A leg's joint rows, dimensionless, and the wrench that it takes from the platform at p_P.
 
     Arrays may have further axes behind their components, for many legs and many cases at once.
@@ -175,7 +175,7 @@ def closing_rows(robot: Robot, units: Units, leg: Leg, base: LegBase, tip: RodSt
 
 
 def residual(
-    robot: Robot, state: State, steps: int = DEFAULT_STEPS
+    robot: Robot, state: State, steps: Steps = DEFAULT_STEPS
 ) -> Float[Array, " n_y_minus_n_a"]:
     """`R₀(y, ρ)`: every row of R but the imposed ones, in units of `scales(robot)`.
 

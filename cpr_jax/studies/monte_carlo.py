@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple, TypeVar
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 from scipy.special import betaincinv
@@ -133,11 +134,11 @@ def monte_carlo(
     nominal = sensitivity(robot, equilibrium, parameters, delta)
     ellipse = ellipsoid(nominal)
     expansion = expand(robot, selection, nominal.y, nominal.Pi_y, half_ranges, DEFAULT_STEPS)
-    study = Study(robot, nominal.y, half_ranges, expansion, ellipse)
     error = float(expansion.error)
     if steps is None:
         steps = steps_for(error, tolerance)
-    options = Options(selection, drawn, predicted, steps)
+    study = Study(robot, nominal.y, half_ranges, expansion, jnp.asarray(steps))
+    options = Options(selection, drawn, predicted)
 
     parts = _parts(folder, resume, study, options, seed, samples, keep)
     counts, kept = [], []
@@ -148,7 +149,7 @@ def monte_carlo(
             name = f"window-{start:012}"
             found = parts.load(name)
             if found is None:
-                window = solve_window(study, options, seed, start, size)
+                window = solve_window(study, options, ellipse, seed, start, size)
                 found = {"tally": tally(window, robot.geometry.d).row()}
                 if start < keep:
                     found["samples"] = _table(window)
@@ -219,7 +220,7 @@ def _parts(folder, resume, study: Study, options: Options, seed, samples, keep) 
         "parameters": list(options.selection.labels),
         "distribution": options.distribution.value,
         "prediction": options.prediction.value,
-        "steps": options.steps,
+        "steps": int(study.steps),
         "seed": seed,
         "samples": samples,
         "keep": keep,

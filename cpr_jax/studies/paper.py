@@ -11,7 +11,6 @@ from ..analysis.ellipsoid import LINEAR_COVERAGE
 from ..analysis.sensitivity import Hold, Sensitivity, sensitivity
 from ..robots.catalogue import rfrfr
 from ..robots.robot import Robot
-from ..rods.integration import DEFAULT_STEPS
 from ..rods.section import rectangle
 from ..statics.equilibrium import Equilibrium, solve_inverse
 from .monte_carlo import MonteCarlo, monte_carlo
@@ -56,15 +55,12 @@ class CaseStudy(NamedTuple):
 def case_study(samples: int = 2000, seed: int = 0, progress: bool = False) -> CaseStudy:
     """Runs the case study of Section 3 with `samples` samples at each point."""
     robot = rfrfr()
-    # Side by side: the map is traced by Python while the samples are solved by XLA. One number of
-    # steps serves all points, so that fewer programs are compiled.
+    # Side by side: the map is traced by Python while the samples are solved by XLA.
     with ThreadPoolExecutor(1) as pool:
         mapping = pool.submit(workspace_map, robot, spacing=MAP_SPACING)
         equilibria = {name: solve_inverse(robot, point) for name, point in POINTS.items()}
         studies = {
-            name: monte_carlo(
-                robot, equilibrium, samples, seed, steps=DEFAULT_STEPS, progress=progress
-            )
+            name: monte_carlo(robot, equilibrium, samples, seed, progress=progress)
             for name, equilibrium in equilibria.items()
         }
         small = {label: float(value) / 100.0 for label, value in robot.uncertainty.items()}
@@ -74,7 +70,6 @@ def case_study(samples: int = 2000, seed: int = 0, progress: bool = False) -> Ca
             LINEAR_SAMPLES,
             seed,
             delta=small,
-            steps=DEFAULT_STEPS,
             progress=progress,
         )
         workspace = mapping.result()

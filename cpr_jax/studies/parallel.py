@@ -11,8 +11,11 @@ import numpy as np
 _In = TypeVar("_In")
 _Out = TypeVar("_Out")
 
-WORKERS = min(4, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 2)
-"""Batches in flight on a device: XLA leaves cores idle on arrays as small as those of one."""
+_CORES = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 2
+
+WORKERS = min(4, _CORES) + 1
+"""Batches in flight on a device: XLA leaves cores idle on arrays as small as those of one, and
+while Python prepares a batch, too."""
 
 
 def on_devices(tree: _In) -> list[_In]:
@@ -25,7 +28,7 @@ def in_parallel(function: Callable[[_In], _Out], items: Iterable[_In]) -> list[_
     """`function` of each item, in order; several at a time, each by itself deterministic."""
     work = list(items)
     workers = max(WORKERS, jax.local_device_count())
-    if len(work) < 2 or workers < 2:
+    if len(work) < 2:
         return [function(item) for item in work]
     with ThreadPoolExecutor(workers) as pool:
         return list(pool.map(function, work))

@@ -1,12 +1,17 @@
 """Samples: those that are taken for sure are on the branch."""
 
+import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from jax.monitoring import register_event_duration_secs_listener
 
 import cpr_jax as cpr
-from cpr_jax.analysis.expansion import expand
+from cpr_jax.analysis.expansion import expand, held_equations
 from cpr_jax.analysis.parameters import ranges, select
+from cpr_jax.statics.continuation import follow, newton_corrector
+from cpr_jax.statics.unknowns import unknown_scales
 from cpr_jax.studies import samples as module
 from cpr_jax.studies.draws import Distribution
 from cpr_jax.studies.paper import POINTS
@@ -24,31 +29,50 @@ def prepared(robot, point, prediction=module.Prediction.SECOND_ORDER):
     selection = select(robot)
     delta = ranges(robot, selection, None)
     expansion = expand(robot, selection, nominal.y, nominal.Pi_y, delta, STEPS)
-    study = module.Study(robot, nominal.y, delta, expansion, cpr.ellipsoid(nominal))
-    return study, module.Options(selection, Distribution.GAUSSIAN, prediction, STEPS)
+    study = module.Study(robot, nominal.y, delta, expansion, jnp.asarray(STEPS))
+    options = module.Options(selection, Distribution.GAUSSIAN, prediction)
+    return study, options, cpr.ellipsoid(nominal)
 
 
-def followed(study, options, rho):
+@eqx.filter_jit
+def followed(study, selection, rho):
     """Every sample followed from the nominal parameters, which decides what its branch is."""
-    found = [
-        module._follow_all(study, options, rho[k : k + module.RESCUED], jnp.asarray(400))
-        for k in range(0, len(rho), module.RESCUED)
-    ]
-    return (
-        np.concatenate([np.asarray(part) for part in parts]) for parts in zip(*found, strict=True)
-    )
+    robot, expansion = study.robot, study.expansion
+    correct = newton_corrector(held_equations(robot, selection, study.y, study.steps))
+
+    def one(rho):
+        way = jnp.stack([expansion.rho, rho])
+        track = follow(correct, expansion.y, way, first_step=1.0)
+        return (track.y * unknown_scales(robot))[robot.n_a :][: robot.n_p], track.status
+
+    return jax.vmap(one)(rho)
 
 
 @pytest.mark.parametrize("point", [POINTS["C"], POINTS["D"], (0.08, 0.03), (0.03, 0.05)])
-def test_sure_samples_are_where_following_leads(robot, point):
+def test_samples_are_where_following_leads(robot, point):
     """Three of the points lie beside the singularity, where many samples are lost."""
-    study, options = prepared(robot, point)
-    chunk = module._solve_chunk(study, options, jnp.asarray(0), jnp.asarray(0))
-    rho, q_p, sure = map(np.asarray, chunk)
-    places, status = followed(study, options, rho)
-    assert np.mean(sure) > 0.6
-    assert np.all(status[sure] == cpr.Status.SOLVED)
-    np.testing.assert_allclose(q_p[sure], places[sure], atol=1e-9)
+    study, options, ellipse = prepared(robot, point)
+    window = module.solve_window(study, options, ellipse, seed=0, first=0, count=module.CHUNK)
+    places, status = map(np.asarray, followed(study, options.selection, window.rho))
+    assert 0.01 < np.mean(window.followed) < 0.9
+    np.testing.assert_array_equal(window.status, status)
+    solved = status == cpr.Status.SOLVED
+    np.testing.assert_allclose(window.q_p[solved], places[solved], atol=1e-9)
+
+
+def test_other_accuracies_are_the_same_program(robot):
+    study, options, ellipse = prepared(robot, POINTS["C"])
+    window = module.solve_window(study, options, ellipse, seed=0, first=0, count=100)
+    compiled = []
+    register_event_duration_secs_listener(
+        lambda name, *_, **__: "backend_compile" in name and compiled.append(name)
+    )
+    finer = eqx.tree_at(lambda study: study.steps, study, jnp.asarray(3 * STEPS))
+    other = module.solve_window(finer, options, ellipse, seed=0, first=0, count=100)
+    assert not compiled
+    assert 0.0 < np.max(np.abs(other.q_p - window.q_p)) < 1e-9
+    jax.jit(lambda x: 3.0 * x)(study.y)
+    assert compiled
 
 
 def test_both_predictions_lead_to_the_same_samples(robot):

@@ -1,0 +1,105 @@
+"""A chord iteration to the equilibrium at other parameters, with evidence of its branch."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from ..analysis.expansion import Expansion
+
+_TOLERANCE = 1e-11
+_CONTRACTING = 0.9
+_LONGEST = 20
+
+
+class Corrected(NamedTuple):
+    """Unknowns after some corrections, in `y / unknown_scales`.
+
+    **Attributes:**
+
+    - `y`: the unknowns.
+    - `chord`: what M made of the residual last; `moved`: the correction that came of it.
+    - `left`: largest entry of that residual; `before`: of the one before it.
+    - `worst`: slowest contraction of the corrections so far.
+    - `count`: of the corrections.
+    """
+
+    y: Float[Array, " n_y"]
+    chord: Float[Array, " n_y"]
+    moved: Float[Array, " n_y"]
+    left: Float[Array, ""]
+    before: Float[Array, ""]
+    worst: Float[Array, ""]
+    count: Int[Array, ""]
+
+
+class ChordIteration:
+    """Corrections by a matrix M, the inverse of the Jacobian J expanded to first order.
+
+    M differs from sample to sample: it needs no derivative of a rod and still gains two digits or
+    more at each turn. Each change is combined with the one before it (Anderson, 1965).
+
+    Where `1 - M J` contracts, both determinants have the same sign, which is that of the branch
+    as long as that of M does not change: see `turn`.
+
+    **Attributes:**
+
+    - `guess`: where it starts.
+    - `turn`: `T` of `M = (1 + T) M*`; where `1 + T` is regular from the nominal parameters on,
+        the sign of M has not changed.
+    """
+
+    def __init__(
+        self,
+        expansion: Expansion,
+        equations: Callable[[Float[Array, " n_y"], Float[Array, " n_rho"]], Float[Array, " n_y"]],
+        rho: Float[Array, " n_rho"],
+        second_order: bool,
+    ):
+        away = rho - expansion.rho
+        shift = expansion.first @ away
+        if second_order:
+            shift = shift + 0.5 * (expansion.second @ away) @ away
+        self.guess = expansion.y + shift
+        self.turn = jnp.tensordot(away, expansion.turn, axes=1)
+        self._largest = jnp.max(jnp.abs(shift))
+        self._inverse, self._equations, self._rho = expansion.inverse, equations, rho
+
+    def _change(self, y):
+        f = self._equations(y, self._rho)
+        chord = self._inverse @ f
+        return -(chord + self.turn @ chord), jnp.max(jnp.abs(f))
+
+    def start(self) -> Corrected:
+        """After the first correction."""
+        first, left = self._change(self.guess)
+        zero = jnp.zeros_like(left)
+        return Corrected(self.guess + first, first, first, left, left, zero, jnp.array(1))
+
+    def advance(self, now: Corrected) -> Corrected:
+        """After one more."""
+        new, left = self._change(now.y)
+        bent = new - now.chord
+        share = jnp.sum(new * bent) / jnp.maximum(jnp.sum(bent**2), 1e-300)
+        step = new - share * (now.moved + bent)
+        # What `1 - M J` makes of the last step; below the tolerance, of rounding errors.
+        kept = jnp.sqrt(jnp.sum((now.moved + bent) ** 2) / jnp.sum(now.moved**2))
+        worst = jnp.where(left > _TOLERANCE, jnp.maximum(now.worst, kept), now.worst)
+        return Corrected(now.y + step, new, step, left, now.left, worst, now.count + 1)
+
+    def unfinished(self, now: Corrected) -> Bool[Array, ""]:
+        """Whether more corrections may help."""
+        return (now.count < _LONGEST) & ~_converged(now) & (now.worst < _CONTRACTING)
+
+    def is_sure(self, now: Corrected) -> Bool[Array, ""]:
+        """Whether it has converged, always contracting, near its prediction."""
+        near = jnp.max(jnp.abs(now.y - self.guess)) <= 0.02 + 0.3 * self._largest
+        return _converged(now) & (now.worst < _CONTRACTING) & near
+
+
+def _converged(now: Corrected) -> Bool[Array, ""]:
+    # A last correction, of which the residual before it tells what is left, is in y; the first
+    # says nothing about how fast they contract.
+    left = now.left * jnp.minimum(now.worst, now.left / now.before)
+    return (now.count > 1) & (left < _TOLERANCE)
