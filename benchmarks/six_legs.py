@@ -111,18 +111,20 @@ def _poses() -> np.ndarray:
 
 
 def _along(robot: cpr.Robot, problem: six_peer.Problem, steps: int) -> np.ndarray:
-    """Lengths of the legs, m, by `advance`, each pose predicted by the slope at the one before."""
+    """Lengths of the legs, m, by `advance`, each pose predicted by slopes at the two before."""
     units = np.asarray(unknown_scales(robot))
     start = np.concatenate([problem.q_a, problem.q_p, problem.mu.ravel()])
     y = np.tile(start / units, (_PATHS, 1))
     lengths = np.empty((_PATHS, _POSES, 6))
     before = np.broadcast_to(problem.q_p, (_PATHS, 6))
-    slope = np.asarray(_advanced(robot, y, before, steps).slope)
+    slope = earlier = np.asarray(_advanced(robot, y, before, steps).slope)
     for k in range(_POSES):
         pose = problem.poses[:, k]
-        guess = y + np.einsum("lny,ly->ln", slope, (pose - before)[:, 1:3])
+        # The poses are equally far apart: to second order the slope goes on as it came.
+        ahead = slope + 0.5 * (slope - earlier)
+        guess = y + np.einsum("lny,ly->ln", ahead, (pose - before)[:, 1:3])
         found = _advanced(robot, guess, pose, steps)
-        y, slope, before = np.asarray(found.y), np.asarray(found.slope), pose
+        y, earlier, slope, before = np.asarray(found.y), slope, np.asarray(found.slope), pose
         if np.any(np.asarray(found.status) != cpr.Status.SOLVED):
             raise RuntimeError("A pose is not solved.")
         lengths[:, k] = y[:, :6] * units[:6] + np.asarray(robot.legs.rod.length)

@@ -40,9 +40,24 @@ class Track(NamedTuple):
     steps: Int[Array, ""]
 
 
+class Jet(NamedTuple):
+    """What is known of a branch where it is to be followed from.
+
+    **Attributes:**
+
+    - `slope`, `curve`: first and second derivative of `y` along the first segment of the path.
+    - `sign`: of `det ∂R/∂y`.
+    """
+
+    slope: Float[Array, " n"]
+    curve: Float[Array, " n"]
+    sign: Float[Array, ""]
+
+
 class _Walk(NamedTuple):
     y: Float[Array, " n"]
     slope: Float[Array, " n"]
+    curve: Float[Array, " n"]
     position: Float[Array, ""]
     step: Float[Array, ""]
     sign: Float[Array, ""]
@@ -114,6 +129,7 @@ def follow(
     first_step: float = 0.1,
     min_step: float = _MIN_STEP,
     slots: int = SLOTS,
+    jet: Jet | None = None,
 ) -> Track:
     """Follows a root of `R(y, h) = 0` while `h` runs along a polygon.
 
@@ -129,6 +145,7 @@ def follow(
     - `path`: corners of the polygon, at least two.
     - `first_step`, `min_step`: length of the first and of the shortest step, in segments.
     - `slots`: of a batch, how many lanes are worked on at a time.
+    - `jet`: if it is known at the start; otherwise the first step stays there to find the slope.
     """
     segments = path.shape[0] - 1
 
@@ -140,8 +157,8 @@ def follow(
         return (walk.position < segments) & (walk.step > min_step) & (walk.steps < max_steps)
 
     def advance(walk):
-        # The first advance stays where it is: it polishes the start and gets its slope.
-        first = walk.steps == 0
+        # Without a sign yet it stays where it is: that polishes the start and gets its slope.
+        first = walk.sign == 0.0
         segment = jnp.floor(walk.position).astype(int)
         rest = segment + 1.0 - walk.position
         # Land on each corner: the tangent turns there.
@@ -149,7 +166,7 @@ def follow(
         end = jnp.where(lands, segment + 1.0, walk.position + walk.step)
         end = jnp.where(first, 0.0, end)
         taken = end - walk.position
-        predicted = walk.y + jnp.where(first, 0.0, taken * walk.slope)
+        predicted = walk.y + taken * (walk.slope + 0.5 * taken * walk.curve)
         # The slope is for the segment that begins where this step ends.
         ahead = jnp.minimum(jnp.floor(end).astype(int), segments - 1)
         found = correct(predicted, value_on(end, segment), path[ahead + 1] - path[ahead])
@@ -164,19 +181,21 @@ def follow(
         return _Walk(
             y=jnp.where(good, found.y, walk.y),
             slope=jnp.where(good, found.slope, walk.slope),
+            curve=jnp.where(good, 0.0, walk.curve),
             position=jnp.where(good, end, walk.position),
             step=jnp.where(good, jnp.minimum(grown, 1.0), shrunk),
             sign=expected,
             steps=walk.steps + 1,
         )
 
-    zero = jnp.zeros((), start.dtype)
+    zero, still = jnp.zeros((), start.dtype), jnp.zeros_like(start)
     walk = _Walk(
         y=start,
-        slope=jnp.zeros_like(start),
+        slope=still if jet is None else jet.slope,
+        curve=still if jet is None else jet.curve,
         position=zero,
         step=zero + first_step,
-        sign=zero,
+        sign=zero if jet is None else jet.sign,
         steps=jnp.array(0),
     )
     length = jnp.sum(jnp.abs(jnp.diff(path, axis=0)))

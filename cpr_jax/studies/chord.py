@@ -45,7 +45,8 @@ class ChordIteration:
 
     **Attributes:**
 
-    - `guess`: where it starts.
+    - `slope`, `curve`: first and second derivative of the unknowns on the way to the parameters.
+    - `guess`: where they lead, and the iteration starts.
     - `turn`: `T` of `M = (1 + T) M*`; where `1 + T` is regular from the nominal parameters on,
         the sign of M has not changed.
     """
@@ -58,9 +59,11 @@ class ChordIteration:
         second_order: bool,
     ):
         away = rho - expansion.rho
-        shift = expansion.first @ away
+        self.slope = expansion.first @ away
+        self.curve = jnp.zeros_like(expansion.y)
         if second_order:
-            shift = shift + 0.5 * (expansion.second @ away) @ away
+            self.curve = (expansion.second @ away) @ away
+        shift = self.slope + 0.5 * self.curve
         self.guess = expansion.y + shift
         self.turn = jnp.tensordot(away, expansion.turn, axes=1)
         self._largest = jnp.max(jnp.abs(shift))

@@ -91,9 +91,9 @@ def monte_carlo(
 ) -> MonteCarlo:
     """Solves the robot for random parameters, with the motors where the equilibrium has them.
 
-    Each sample starts at a prediction from the nominal equilibrium. One that converges fast and
-    close to its prediction, the Jacobian's determinant keeping its sign, is on the branch; every
-    other one is followed from the nominal parameters in steps as small as they need be, which
+    Each sample starts at a prediction from the nominal equilibrium. One whose corrections contract
+    and end close to the prediction, the Jacobian's determinant keeping its sign, is on the branch;
+    every other one is followed from the nominal parameters in steps as small as they need be, which
     tells whether the branch has an equilibrium there.
 
     **Arguments:**

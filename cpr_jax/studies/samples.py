@@ -16,13 +16,13 @@ from ..analysis.parameters import Selection
 from ..programs import program
 from ..queue import queued_loop
 from ..robots.robot import Robot
-from ..statics.continuation import follow, newton_corrector
+from ..statics.continuation import Jet, follow, newton_corrector
 from ..statics.linear import solve_with_sign
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
 from .chord import ChordIteration
 from .draws import Distribution, draw
-from .parallel import in_parallel, on_devices
+from .parallel import WORKERS, in_parallel, on_devices
 
 CHUNK = 1024
 """Samples solved at once: their states fit into a core's cache."""
@@ -39,7 +39,7 @@ _SLOTS = 64
 _CORRECTIONS = 4
 """Of every sample: enough for all but some percent."""
 
-_PATIENCE = 400
+PATIENCE = 400
 """Steps after which following a sample is given up."""
 
 
@@ -105,14 +105,19 @@ def solve_window(
 
     doubtful = np.flatnonzero(~sure[:count])
     # The few that must be followed are gathered, so that not every batch waits for some of them.
-    for patience in (0, _PATIENCE) if len(doubtful) > RESCUED else (_PATIENCE,):
+    for patience in (0, PATIENCE) if len(doubtful) > RESCUED else (PATIENCE,):
         left = doubtful[status[doubtful] == Status.NOT_CONVERGED]
-        batches = [left[k : k + RESCUED] for k in range(0, len(left), RESCUED)]
-        in_parallel(functools.partial(once_more, patience=patience), batches)
+        in_parallel(functools.partial(once_more, patience=patience), _batches(left))
 
     q_p[status != Status.SOLVED] = np.nan
     inside = np.concatenate([_contains(ellipse, part) for part in np.split(q_p, len(chunks))])
     return Samples(*(part[:count] for part in (rho, q_p, status, inside, followed)))
+
+
+def _batches(lanes: np.ndarray) -> list[np.ndarray]:
+    """Enough batches to keep all workers busy, unless they get small."""
+    size = int(np.clip(-(-len(lanes) // WORKERS), _SLOTS, RESCUED))
+    return [lanes[k : k + size] for k in range(0, len(lanes), size)]
 
 
 def _targets(study: Study, rho: np.ndarray) -> np.ndarray:
@@ -155,6 +160,7 @@ def _rescue(study: Study, options: Options, targets, patience):
     """
     equations, nominal = _equations(study, options), study.expansion
     correct = newton_corrector(equations)
+    _, sign = solve_with_sign(nominal.inverse, nominal.y)
 
     def one(rho):
         chord = _chord(study, options, equations, rho)
@@ -162,7 +168,8 @@ def _rescue(study: Study, options: Options, targets, patience):
         regular = solve_with_sign(jnp.eye(found.y.size) + chord.turn, found.y)[1] > 0.0
         sure = chord.is_sure(found) & regular
         way, steps = jnp.stack([nominal.rho, rho]), jnp.where(sure, 0, patience)
-        track = follow(correct, nominal.y, way, steps, first_step=1.0, slots=_SLOTS)
+        jet = Jet(chord.slope, chord.curve, sign)
+        track = follow(correct, nominal.y, way, steps, first_step=1.0, slots=_SLOTS, jet=jet)
         y = jnp.where(sure, found.y, track.y)
         status = jnp.where(sure, Status.SOLVED, track.status)
         return _platform(study.robot, y), status, ~sure

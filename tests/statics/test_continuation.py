@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from cpr_jax.statics.continuation import follow, newton_corrector
+from cpr_jax.statics.continuation import Jet, follow, newton_corrector
 from cpr_jax.statics.status import Status
 
 
@@ -35,6 +35,32 @@ def test_a_fold_ends_the_branch(end):
     assert -0.05 * (1.0 + end) < reached <= 0.0
     assert float(found.y[0]) > 0.0
     np.testing.assert_allclose(found.y[0] ** 2, -reached, rtol=0, atol=1e-8)
+
+
+def test_what_is_known_at_the_start_saves_steps():
+    """`y² = h` from h = 1 to 1.3, where `y' = 0.3 / 2` and `y'' = -0.3² / 4` along the path."""
+    path, found = [[1.0], [1.3]], []
+    for curve in (None, 0.0, -0.0225):
+        sign = jnp.array(1.0)
+        jet = None if curve is None else Jet(jnp.array([0.15]), jnp.array([curve]), sign)
+        found.append(track(lambda y, h: y**2 - h, [1.0], path, first_step=1.0, jet=jet))
+        assert int(found[-1].status) == Status.SOLVED
+        np.testing.assert_allclose(found[-1].y, [np.sqrt(1.3)], atol=1e-12)
+    assert [int(each.steps) for each in found] == [2, 1, 1]
+    # To second order what is left to correct is of third order: a step four times as long.
+    far = [[1.0], [1.8]]
+    steps = []
+    for curve in (0.0, -0.16):
+        jet = Jet(jnp.array([0.4]), jnp.array([curve]), jnp.array(1.0))
+        steps.append(int(track(lambda y, h: y**2 - h, [1.0], far, first_step=1.0, jet=jet).steps))
+    assert steps[1] < steps[0]
+
+
+def test_a_start_on_another_branch_is_not_taken():
+    jet = Jet(jnp.array([0.15]), jnp.array([0.0]), jnp.array(-1.0))
+    found = track(lambda y, h: y**2 - h, [1.0], [[1.0], [1.3]], first_step=1.0, jet=jet)
+    assert int(found.status) == Status.LOST
+    assert float(found.progress) == 0.0
 
 
 def test_steps_that_run_out_are_not_a_fold():

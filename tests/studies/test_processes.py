@@ -35,7 +35,7 @@ def test_a_study_that_is_interrupted_goes_on(small, tmp_path, monkeypatch):
     def counted(*arguments):
         if len(solved) == 2:
             raise KeyboardInterrupt
-        solved.append(arguments[3])
+        solved.append(arguments[4])
         return solve(*arguments)
 
     monkeypatch.setattr(module, "solve_window", counted)

@@ -48,13 +48,16 @@ def followed(study, selection, rho):
     return jax.vmap(one)(rho)
 
 
-@pytest.mark.parametrize("point", [POINTS["C"], POINTS["D"], (0.08, 0.03), (0.03, 0.05)])
-def test_samples_are_where_following_leads(robot, point):
+@pytest.mark.parametrize(
+    "point, doubtful",
+    [(POINTS["C"], 0.0), (POINTS["D"], 0.1), ((0.08, 0.03), 0.05), ((0.03, 0.05), 0.004)],
+)
+def test_samples_are_where_following_leads(robot, point, doubtful):
     """Three of the points lie beside the singularity, where many samples are lost."""
     study, options, ellipse = prepared(robot, point)
     window = module.solve_window(study, options, ellipse, seed=0, first=0, count=module.CHUNK)
     places, status = map(np.asarray, followed(study, options.selection, window.rho))
-    assert 0.01 < np.mean(window.followed) < 0.9
+    assert doubtful <= np.mean(window.followed) < 0.5
     np.testing.assert_array_equal(window.status, status)
     solved = status == cpr.Status.SOLVED
     np.testing.assert_allclose(window.q_p[solved], places[solved], atol=1e-9)
