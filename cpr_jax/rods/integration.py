@@ -191,8 +191,8 @@ def _traced_once(geometry, nodes, readout, treedef):
 
     @jax.jit
     def solve(*leaves):
-        *leaves, steps = leaves if nodes is None else (*leaves, nodes)
-        return _solve(geometry, steps, readout, *treedef.unflatten(leaves))
+        *inputs, steps = leaves if nodes is None else (*leaves, nodes)
+        return _solve(geometry, steps, readout, *treedef.unflatten(inputs))
 
     return solve
 

@@ -22,7 +22,7 @@ class Corrected(NamedTuple):
     - `chord`: what M made of the residual last; `moved`: the correction that came of it.
     - `left`: largest entry of that residual; `before`: of the one before it.
     - `worst`: slowest contraction of the corrections so far.
-    - `count`: of the corrections.
+    - `corrections`: how many there were.
     """
 
     y: Float[Array, " n_y"]
@@ -31,7 +31,7 @@ class Corrected(NamedTuple):
     left: Float[Array, ""]
     before: Float[Array, ""]
     worst: Float[Array, ""]
-    count: Int[Array, ""]
+    corrections: Int[Array, ""]
 
 
 class ChordIteration:
@@ -89,11 +89,11 @@ class ChordIteration:
         # What `1 - M J` makes of the last step; below the tolerance, of rounding errors.
         kept = jnp.sqrt(jnp.sum((now.moved + bent) ** 2) / jnp.sum(now.moved**2))
         worst = jnp.where(left > _TOLERANCE, jnp.maximum(now.worst, kept), now.worst)
-        return Corrected(now.y + step, new, step, left, now.left, worst, now.count + 1)
+        return Corrected(now.y + step, new, step, left, now.left, worst, now.corrections + 1)
 
     def unfinished(self, now: Corrected) -> Bool[Array, ""]:
         """Whether more corrections may help."""
-        return (now.count < _LONGEST) & ~_converged(now) & (now.worst < _CONTRACTING)
+        return (now.corrections < _LONGEST) & ~_converged(now) & (now.worst < _CONTRACTING)
 
     def is_sure(self, now: Corrected) -> Bool[Array, ""]:
         """Whether it has converged, always contracting, near its prediction."""
@@ -105,4 +105,4 @@ def _converged(now: Corrected) -> Bool[Array, ""]:
     # A last correction, of which the residual before it tells what is left, is in y; the first
     # says nothing about how fast they contract.
     left = now.left * jnp.minimum(now.worst, now.left / now.before)
-    return (now.count > 1) & (left < _TOLERANCE)
+    return (now.corrections > 1) & (left < _TOLERANCE)
