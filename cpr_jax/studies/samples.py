@@ -137,7 +137,6 @@ def _solve_chunk(study: Study, options: Options, seed, start):
     numbers = start + jnp.arange(CHUNK)
     steps = draw(options.distribution, study.delta, seed, numbers)
     rho = study.expansion.rho + steps
-
     equations, weights = _equations(study, options), study.expansion.weights
 
     def one(rho):
