@@ -30,7 +30,7 @@ CHUNK = 1024
 WINDOW = 64
 """Chunks in flight; memory beyond the samples that are kept does not depend on N."""
 
-RESCUED = 512
+RESCUED = 256
 """Doubtful samples that are looked at again at once."""
 
 _SLOTS = 64
@@ -95,19 +95,20 @@ def solve_window(
     chunks = in_parallel(at_once, range(first, first + count, CHUNK))
     rho, q_p, sure = (np.concatenate(parts) for parts in zip(*chunks, strict=True))
     status = np.where(sure, int(Status.SOLVED), int(Status.NOT_CONVERGED))
-    followed = ~sure
 
-    def once_more(lanes, patience: int) -> None:
-        targets = _targets(study, rho[lanes])
-        found = _rescue(study, options, targets, np.asarray(patience))
-        for all_lanes, own in zip((q_p, status, followed), found, strict=True):
-            all_lanes[lanes] = np.asarray(own)[: len(lanes)]
+    def again(lanes, solve) -> None:
+        places, outcome = solve(study, options, *_padded(study, rho[lanes]))
+        q_p[lanes] = np.asarray(places)[: len(lanes)]
+        status[lanes] = np.asarray(outcome)[: len(lanes)]
 
-    doubtful = np.flatnonzero(~sure[:count])
-    # The few that must be followed are gathered, so that not every batch waits for some of them.
-    for patience in (0, PATIENCE) if len(doubtful) > RESCUED else (PATIENCE,):
-        left = doubtful[status[doubtful] == Status.NOT_CONVERGED]
-        in_parallel(functools.partial(once_more, patience=patience), _batches(left))
+    def waiting() -> np.ndarray:
+        return np.flatnonzero(status[:count] == Status.NOT_CONVERGED)
+
+    # Apart: many studies need no sample followed, and are spared the compilation.
+    in_parallel(functools.partial(again, solve=_correct_longer), _batches(waiting()))
+    followed = np.zeros(len(rho), bool)
+    followed[waiting()] = True
+    in_parallel(functools.partial(again, solve=_follow_all), _batches(waiting()))
 
     q_p[status != Status.SOLVED] = np.nan
     inside = np.concatenate([_contains(ellipse, part) for part in np.split(q_p, len(chunks))])
@@ -120,10 +121,14 @@ def _batches(lanes: np.ndarray) -> list[np.ndarray]:
     return [lanes[k : k + size] for k in range(0, len(lanes), size)]
 
 
-def _targets(study: Study, rho: np.ndarray) -> np.ndarray:
-    """Parameters, padded with the nominal ones: one program serves any number of samples."""
-    nominal = np.asarray(study.expansion.rho)
-    return np.concatenate([rho, np.tile(nominal, (RESCUED - len(rho), 1))])
+def _padded(study: Study, rho: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Parameters, with the nominal ones behind them, and how many steps to follow them.
+
+    One program serves any number of samples; those behind take none.
+    """
+    behind = RESCUED - len(rho)
+    nominal = np.tile(np.asarray(study.expansion.rho), (behind, 1))
+    return np.concatenate([rho, nominal]), np.repeat([PATIENCE, 0], [len(rho), behind])
 
 
 @program
@@ -152,28 +157,35 @@ def _solve_chunk(study: Study, options: Options, seed, start):
 
 
 @program
-def _rescue(study: Study, options: Options, targets, patience):
-    """Samples that take more corrections, or must be followed: platforms, status, and which.
-
-    Where `patience` does not suffice to follow a sample it is `NOT_CONVERGED`.
-    """
-    equations, nominal = _equations(study, options), study.expansion
-    correct = newton_corrector(equations)
-    _, sign = solve_with_sign(nominal.inverse, nominal.y)
+def _correct_longer(study: Study, options: Options, targets, patience):
+    """Platforms and status of samples that take more corrections, but are not followed."""
+    equations = _equations(study, options)
 
     def one(rho):
         chord = _chord(study, options, equations, rho)
         found = queued_loop(chord.unfinished, chord.advance, chord.start())
         regular = solve_with_sign(jnp.eye(found.y.size) + chord.turn, found.y)[1] > 0.0
         sure = chord.is_sure(found) & regular
-        way, steps = jnp.stack([nominal.rho, rho]), jnp.where(sure, 0, patience)
-        jet = Jet(chord.slope, chord.curve, sign)
-        track = follow(correct, nominal.y, way, steps, first_step=1.0, slots=_SLOTS, jet=jet)
-        y = jnp.where(sure, found.y, track.y)
-        status = jnp.where(sure, Status.SOLVED, track.status)
-        return _platform(study.robot, y), status, ~sure
+        status = jnp.where(sure, Status.SOLVED, Status.NOT_CONVERGED)
+        return _platform(study.robot, found.y), status
 
     return jax.vmap(one)(targets)
+
+
+@program
+def _follow_all(study: Study, options: Options, targets, patience):
+    """Platforms and status at parameters to which the branch is followed from the nominal ones."""
+    equations, nominal = _equations(study, options), study.expansion
+    correct = newton_corrector(equations)
+    _, sign = solve_with_sign(nominal.inverse, nominal.y)
+
+    def one(rho, steps):
+        chord = _chord(study, options, equations, rho)
+        way, jet = jnp.stack([nominal.rho, rho]), Jet(chord.slope, chord.curve, sign)
+        track = follow(correct, nominal.y, way, steps, first_step=1.0, slots=_SLOTS, jet=jet)
+        return _platform(study.robot, track.y), track.status
+
+    return jax.vmap(one)(targets, patience)
 
 
 def _equations(study: Study, options: Options):
