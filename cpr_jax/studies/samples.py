@@ -1,7 +1,6 @@
 """Equilibria at random parameters: most at once, the doubtful followed step by step."""
 
 import enum
-import functools
 from typing import NamedTuple
 
 import equinox as eqx
@@ -96,19 +95,26 @@ def solve_window(
     rho, q_p, sure = (np.concatenate(parts) for parts in zip(*chunks, strict=True))
     status = np.where(sure, int(Status.SOLVED), int(Status.NOT_CONVERGED))
 
-    def again(lanes, solve) -> None:
-        places, outcome = solve(study, options, *_padded(study, rho[lanes]))
+    def keep(lanes, places, outcome) -> None:
         q_p[lanes] = np.asarray(places)[: len(lanes)]
         status[lanes] = np.asarray(outcome)[: len(lanes)]
+
+    def longer(lanes) -> None:
+        keep(lanes, *_correct_longer(study, options, _padded(study, rho[lanes])))
+
+    def along(lanes) -> None:
+        # What fills up the batch is not followed.
+        patience = np.where(np.arange(RESCUED) < len(lanes), PATIENCE, 0)
+        keep(lanes, *_follow_all(study, options, _padded(study, rho[lanes]), patience))
 
     def waiting() -> np.ndarray:
         return np.flatnonzero(status[:count] == Status.NOT_CONVERGED)
 
     # Apart: many studies need no sample followed, and are spared the compilation.
-    in_parallel(functools.partial(again, solve=_correct_longer), _batches(waiting()))
+    in_parallel(longer, _batches(waiting()))
     followed = np.zeros(len(rho), bool)
     followed[waiting()] = True
-    in_parallel(functools.partial(again, solve=_follow_all), _batches(waiting()))
+    in_parallel(along, _batches(waiting()))
 
     q_p[status != Status.SOLVED] = np.nan
     inside = np.concatenate([_contains(ellipse, part) for part in np.split(q_p, len(chunks))])
@@ -121,14 +127,10 @@ def _batches(lanes: np.ndarray) -> list[np.ndarray]:
     return [lanes[k : k + size] for k in range(0, len(lanes), size)]
 
 
-def _padded(study: Study, rho: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Parameters, with the nominal ones behind them, and how many steps to follow them.
-
-    One program serves any number of samples; those behind take none.
-    """
-    behind = RESCUED - len(rho)
-    nominal = np.tile(np.asarray(study.expansion.rho), (behind, 1))
-    return np.concatenate([rho, nominal]), np.repeat([PATIENCE, 0], [len(rho), behind])
+def _padded(study: Study, rho: np.ndarray) -> np.ndarray:
+    """Parameters, padded with the nominal ones: one program serves any number of samples."""
+    nominal = np.asarray(study.expansion.rho)
+    return np.concatenate([rho, np.tile(nominal, (RESCUED - len(rho), 1))])
 
 
 @program
@@ -157,7 +159,7 @@ def _solve_chunk(study: Study, options: Options, seed, start):
 
 
 @program
-def _correct_longer(study: Study, options: Options, targets, patience):
+def _correct_longer(study: Study, options: Options, targets):
     """Platforms and status of samples that take more corrections, but are not followed."""
     equations = _equations(study, options)
 

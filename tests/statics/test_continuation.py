@@ -47,7 +47,7 @@ def test_what_is_known_at_the_start_saves_steps():
         assert int(found[-1].status) == Status.SOLVED
         np.testing.assert_allclose(found[-1].y, [np.sqrt(1.3)], atol=1e-12)
     assert [int(each.steps) for each in found] == [2, 1, 1]
-    # To second order what is left to correct is of third order: a step four times as long.
+    # A prediction of second order deviates less, so that longer steps are accepted.
     far = [[1.0], [1.8]]
     steps = []
     for curve in (0.0, -0.16):
