@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from ..programs import batch_program
+from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.linear import inverse_with_sign, solve_many_with_sign
@@ -296,7 +296,7 @@ def _joined(curves: list[tuple[np.ndarray, bool]], reach: float) -> list[tuple[n
     return closed + [(points, False) for points in open_]
 
 
-@batch_program
+@program
 def _correct(robot, columns, held, lanes: _Lane, predicted, steps: int) -> _Lane:
     """Newton's method on `R₀ = 0`, the held coordinates, `g = 0` and `t·(z - z_predicted) = 0`.
 

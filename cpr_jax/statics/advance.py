@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from ..programs import batch_program
+from ..programs import hot_program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from .correction import settle
@@ -37,7 +37,7 @@ class Nearby(NamedTuple):
     status: Int[Array | np.ndarray, "*lanes"]
 
 
-@batch_program
+@hot_program
 def advance(
     robot: Robot,
     imposed: Float[Array, "n_a n_q"],

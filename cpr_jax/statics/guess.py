@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..programs import batch_program, program
+from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from .continuation import Corrected, Track, follow
@@ -286,7 +286,7 @@ class _Found(NamedTuple):
         return self.track.status
 
 
-@batch_program
+@program
 def _from_all(robot, imposed, starts, legs, goal, steps):
     def one(rough, mu):
         _, track = assemble_and_move(robot, imposed, rough, mu, goal, steps)

@@ -12,7 +12,7 @@ from scipy.stats import qmc
 from ..analysis.stability import count_unstable
 from ..errors import InputError, check_integer
 from ..geometry import Numbers
-from ..programs import batch_program
+from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium, polish
@@ -190,7 +190,7 @@ def _newton(problem: Problem, starts, steps: int):
     return (np.concatenate(part)[: len(starts)] for part in zip(*parts, strict=True))
 
 
-@batch_program
+@program
 def _roots(problem: Problem, starts, steps: int):
     def one(start):
         root = find_root(problem, start, steps=steps, max_iterations=40, verify=False)
@@ -199,7 +199,7 @@ def _roots(problem: Problem, starts, steps: int):
     return jax.vmap(one)(starts)
 
 
-@batch_program
+@program
 def _look(problem: Problem, y, steps: int):
     robot = problem.robot
 
