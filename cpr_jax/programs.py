@@ -34,7 +34,7 @@ _WIDE = {"xla_cpu_prefer_vector_width": 512}
 """The widest registers that there are: XLA uses half of them if it is not told."""
 
 _QUICK = _WIDE | {"xla_cpu_use_fusion_emitters": False}
-"""XLA's older code generator takes half the time to compile and up to a tenth more to run. It
+"""XLA's older code generator takes half the time to compile and up to 1.4 times as long to run. It
 has left later releases, which compile as quickly without it."""
 
 _folder: pathlib.Path | None = None

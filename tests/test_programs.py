@@ -125,6 +125,27 @@ def test_transformations_see_the_function_itself(folder):
     assert not (folder / "programs").exists()
 
 
+def test_a_program_without_traced_arguments_can_be_part_of_another():
+    double = counted([])
+
+    def shifted(x):
+        return x + double({"x": jnp.ones(3), "y": jnp.ones(())}).doubled
+
+    expected = [3.0, 4.0, 5.0]  # 2 · 1 + 1 = 3 more
+    np.testing.assert_array_equal(shifted(jnp.arange(3.0)), expected)
+    np.testing.assert_array_equal(jax.jit(shifted)(jnp.arange(3.0)), expected)
+
+
+def test_options_that_this_release_does_not_know_are_left_out():
+    def double(x):
+        return 2.0 * x
+
+    apart = programs._Program(double, {"xla_no_such_option": 1, "xla_cpu_prefer_vector_width": 256})
+    np.testing.assert_array_equal(apart(jnp.arange(3.0)), [0.0, 2.0, 4.0])
+    known = {"xla_cpu_prefer_vector_width": 256} if jax.default_backend() == "cpu" else {}
+    assert apart._options == known
+
+
 SOLVE = """
 import sys
 import jax
