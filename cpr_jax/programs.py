@@ -88,6 +88,7 @@ class _Program:
         self._function = function
         self._wishes = wishes
         self._inner = eqx.filter_jit(function)
+        self._outer: Callable[..., Any] | None = None
         self._known: dict[Any, _Loaded | None] = {}
         self._lock = threading.Lock()
         self._busy: dict[Any, threading.Lock] = {}
@@ -97,31 +98,31 @@ class _Program:
     def __call__(self, *args, **kwargs):
         leaves, structure = jax.tree.flatten((args, kwargs))
         arrays = [leaf for leaf in leaves if eqx.is_array(leaf)]
-        # Within another program, with or without traced arguments, options are that program's.
-        if isinstance(jax.lax.neg(0.0), jax.core.Tracer):
-            return self._inner(*args, **kwargs)
-        if any(isinstance(array, jax.core.Tracer) for array in arrays):
+        if _is_within(arrays):
             return self._inner(*args, **kwargs)
         make_room(_forget)
         devices = _devices(arrays)
         if _folder is None or devices is None:
-            return self._outer(*args, **kwargs)
+            return self._alone(*args, **kwargs)
         rest = tuple(_type_of(x) if eqx.is_array(x) else (type(x), x) for x in leaves)
         key = (structure, rest, devices, bool(jax.config.read("jax_enable_x64")), _folder)
         loaded = self._load(key, args, kwargs)
         if loaded is None:
-            return self._outer(*args, **kwargs)
+            return self._alone(*args, **kwargs)
         return _filled(loaded.outline, loaded.call(*arrays))
 
-    @functools.cached_property
+    @property
     def _options(self) -> dict[str, Any]:
         return {name: value for name, value in self._wishes.items() if _is_option(name, value)}
 
-    @functools.cached_property
-    def _outer(self):
-        # What its types leave out is handed on to `jax.jit`.
-        jit: Any = eqx.filter_jit
-        return jit(self._function, compiler_options=self._options)
+    def _alone(self, *args, **kwargs):
+        """A call that is a program of its own, not kept."""
+        with self._lock:
+            if self._outer is None:
+                # What its types leave out is handed on to `jax.jit`.
+                jit: Any = eqx.filter_jit
+                self._outer = jit(self._function, compiler_options=self._options)
+        return self._outer(*args, **kwargs)
 
     def _load(self, key, args, kwargs) -> _Loaded | None:
         known = self._known
@@ -219,6 +220,14 @@ def started(job: Callable[[], None]) -> threading.Thread:
     thread = threading.Thread(target=job, name="cpr_jax-compile", daemon=True)
     thread.start()
     return thread
+
+
+def _is_within(arrays) -> bool:
+    """Whether a call is part of another program, whose options hold for it then."""
+    if any(isinstance(array, jax.core.Tracer) for array in arrays):
+        return True
+    # Within `jax.jit` even arithmetic on constants is traced.
+    return isinstance(jax.lax.neg(0.0), jax.core.Tracer)
 
 
 @functools.cache
