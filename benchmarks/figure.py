@@ -32,18 +32,19 @@ _HEIGHT, _DPI = 4.8, 160
 
 
 def draw(run: dict[str, Any], stem: pathlib.Path) -> None:
-    """Draws what a run has measured, as a PNG."""
+    """Draws what a run has measured, as a PNG; nothing where all that was measured are tables."""
     series: dict[str, dict[str, list]] = {}
     for entry in run["tasks"].values():
         series |= entry["series"]
+    rows = [[name for name in row if name in series] for row in _ROWS]
+    rows = [row for row in rows if row]
+    if not rows:
+        return
     with journal_style():
         plt.rcParams["savefig.dpi"] = _DPI
-        rows = [[name for name in row if name in series] for row in _ROWS]
-        rows = [row for row in rows if row]
         figure = plt.figure(figsize=(PAGE, _HEIGHT * len(rows) / len(_ROWS)))
-        for part, row in zip(
-            figure.subfigures(max(len(rows), 1), 1, squeeze=False)[:, 0], rows, strict=False
-        ):
+        parts = figure.subfigures(len(rows), 1, squeeze=False)[:, 0]
+        for part, row in zip(parts, rows, strict=True):
             for axes, name in zip(part.subplots(1, len(row), squeeze=False)[0], row, strict=True):
                 plot, label = _PANELS[name]
                 plot(axes, series[name], label)
