@@ -7,7 +7,7 @@ are written, and hands it one merged batch axis.
 """
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import jax
@@ -89,6 +89,31 @@ def over_lanes(kernel: Callable[..., Any]) -> Callable[..., Any]:
         return out if any(lift.laned) else jax.tree.map(lambda leaf: leaf[..., 0], out)
 
     return lanes_last(spread)
+
+
+def in_blocks(function: Callable[..., Any], arrays: Sequence[jax.Array], size: int) -> Any:
+    """`function` on blocks of the last axis, which is padded with copies of its last entry.
+
+    **Arguments:**
+
+    - `function`: of the arrays; what it returns has the lanes last, too.
+    - `size`: of a block, such that what is worked on stays in the cache of a core.
+    """
+    lanes = arrays[0].shape[-1]
+    if lanes <= size:
+        return function(*arrays)
+    blocks = -(-lanes // size)
+
+    def cut(array):
+        spare = [(0, 0)] * (array.ndim - 1) + [(0, blocks * size - lanes)]
+        padded = jnp.pad(array, spare, mode="edge")
+        return jnp.moveaxis(padded.reshape(*array.shape[:-1], blocks, size), -2, 0)
+
+    def join(array):
+        return jnp.moveaxis(array, 0, -2).reshape(*array.shape[1:-1], -1)[..., :lanes]
+
+    out = jax.lax.map(lambda parts: function(*parts), tuple(cut(array) for array in arrays))
+    return jax.tree.map(join, out)
 
 
 @functools.cache

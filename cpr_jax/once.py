@@ -11,8 +11,9 @@ from collections.abc import Callable
 from typing import Any
 
 import jax
-from jax.experimental.xla_metadata import set_xla_metadata
 from jax.extend import core
+
+from .kernel import as_one_kernel, called, is_one_kernel
 
 _VIEWS = frozenset({"broadcast_in_dim", "convert_element_type", "reshape", "slice", "squeeze"})
 """What moves values without calculating: rather done again than stored."""
@@ -119,6 +120,9 @@ def _results(equation, inputs) -> list:
     name, primitive = _name(equation), equation.primitive
     if name in _CALLS:
         inner = equation.params[_CALLS[name]]
+        if is_one_kernel(equation):
+            values = [_value(entry) for entry in inputs]
+            return as_one_kernel(functools.partial(_finished, inner), values)
         return _evaluate(inner.jaxpr, inner.consts, inputs)
     if primitive.multiple_results or name in _APART:
         params = dict(equation.params)
@@ -154,9 +158,7 @@ def _value(entry):
             found = dict(zip(sources, values, strict=True))
             return _carried_out(entry, found)
 
-        # XLA inlines every call but one that is marked so.
-        with set_xla_metadata(inlineable="false"):
-            entry.value = jax.jit(together)([_value(source) for source in sources.values()])
+        entry.value = called(together, [_value(source) for source in sources.values()])
     return entry.value
 
 

@@ -30,12 +30,13 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 _UNDER = ("jax", "jaxlib", "equinox", "diffrax", "optimistix", "lineax", "numpy", "scipy")
 """Distributions that a traced program depends on."""
 
-_WIDE = {"xla_cpu_prefer_vector_width": 512}
-"""The widest registers that there are: XLA uses half of them if it is not told."""
+_HOT = {"xla_cpu_prefer_vector_width": 512, "xla_cpu_experimental_ynn_fusion_type": ""}
+"""The widest registers that there are: XLA uses half of them if it is not told. Sums without its
+YNN library, which takes far longer for small ones and in jaxlib 0.10.2 gets some of them wrong."""
 
-_QUICK = _WIDE | {"xla_cpu_use_fusion_emitters": False}
-"""XLA's older code generator takes half the time to compile and up to 1.4 times as long to run. It
-has left later releases, which compile as quickly without it."""
+_QUICK = _HOT | {"xla_cpu_use_fusion_emitters": False}
+"""XLA's older code generator compiles in half to two thirds of the time and takes up to an eighth
+longer to run. It has left later releases, which compile as quickly without it."""
 
 _folder: pathlib.Path | None = None
 _all: "list[_Program]" = []
@@ -212,7 +213,7 @@ def program(function: _Function) -> _Function:
 
 def hot_program(function: _Function) -> _Function:
     """As `program`, compiled for longer to run in less time."""
-    return _Program(function, _WIDE)  # type: ignore[return-value]
+    return _Program(function, _HOT)  # type: ignore[return-value]
 
 
 def started(job: Callable[[], None]) -> threading.Thread:

@@ -136,6 +136,17 @@ def test_a_program_without_traced_arguments_can_be_part_of_another():
     np.testing.assert_array_equal(jax.jit(shifted)(jnp.arange(3.0)), expected)
 
 
+def test_sums_of_products_are_right():
+    # jaxlib 0.10.2 gets the last of them wrong (jax-ml/jax#39103) unless it is told how to sum.
+    @programs.program
+    def lengths(rows):
+        return jax.vmap(lambda row: jnp.sum((jnp.eye(3) @ row) ** 2))(rows)
+
+    first = jnp.arange(16_385.0)
+    rows = jnp.stack((first, 0.0 * first, 0.0 * first), axis=1)
+    np.testing.assert_array_equal(lengths(rows), first**2)
+
+
 def test_options_that_this_release_does_not_know_are_left_out():
     def double(x):
         return 2.0 * x

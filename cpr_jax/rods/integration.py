@@ -12,7 +12,9 @@ from jax.custom_derivatives import SymbolicZero
 from jaxtyping import Array, Float, Int
 
 from ..geometry import AbstractGeometry
+from ..kernel import one_kernel
 from ..lanes import lanes_last
+from .batching import block_size, over_rods
 from .equations import RodState, right_hand_side, strain_energy_density
 from .rod import Rod
 from .segments import segments_of
@@ -149,7 +151,10 @@ def _solve(geometry, steps, readout, rod, force, moment):
 
         if whole:
             return jax.lax.scan(advance, y, jnp.arange(float(steps)))
-        return jax.lax.fori_loop(0, steps, lambda k, y: advance(y, 1.0 * k)[0], y), None
+        to_end = one_kernel(
+            lambda y: jax.lax.fori_loop(0, steps, lambda k, y: advance(y, 1.0 * k)[0], y)
+        )
+        return to_end(y), None
 
     if segments is None:
         ys, along = cross(y0, rod)
@@ -205,19 +210,30 @@ def _differentiable(geometry, nodes, readout, treedef, shapes, many, perturbed):
     is the derivative of order k + 1, so that nothing ever differentiates the loop in reverse,
     and tangents are integrated for those inputs alone that are perturbed.
     """
+    columns = math.prod(
+        1 + sum(math.prod(shape) for shape, flag in zip(shapes, flags, strict=True) if flag)
+        for flags in perturbed
+    )
+    size = block_size(columns * (2 * geometry.d + len(geometry.identity)))
+
+    def with_tangents(function):
+        for flags in perturbed:
+            function = _with_tangents(function, shapes, flags)
+        return function
 
     @lanes_last
     def kernel(lift, *leaves):
-        function = lift(_traced_once(geometry, nodes, readout, treedef))
-        # Around the lanes, which come last in memory then. All rods take as many steps.
-        axes = [-1 - lane for lane in lift.laned]
-        if nodes is None:
-            axes[-1] = None
-        for _ in range(many):
-            function = jax.vmap(function, in_axes=tuple(axes), out_axes=-1 - any(lift.laned))
-        for flags in perturbed:
-            function = _with_tangents(function, shapes, flags)
-        return function(*leaves)
+        depth = many + any(lift.laned)
+
+        def aligned(leaf, shape, laned):
+            # Lanes come last in memory, behind the further axes.
+            before = leaf.ndim - laned
+            ones = (1,) * (depth + len(shape) - leaf.ndim)
+            return leaf.reshape(*leaf.shape[:before], *ones, *leaf.shape[before:])
+
+        single = _traced_once(geometry, nodes, readout, treedef)
+        rods = over_rods(single, with_tangents, shapes, size)
+        return rods(*map(aligned, leaves, shapes, lift.laned))
 
     @jax.custom_jvp
     def integrate(*leaves):

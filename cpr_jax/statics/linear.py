@@ -4,17 +4,16 @@ Written out rather than left to LAPACK, as jaxlib spreads a batch of LAPACK call
 threads that run the program: two such batches that meet can block each other for good.
 """
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float, Int
 
-from ..lanes import over_lanes
+from ..lanes import in_blocks, over_lanes
 
-_BLOCK = 64
+BLOCK = 64
 """Lanes worked on at a time, so that their matrices stay in the cache of a core."""
 
 
@@ -109,7 +108,7 @@ def eliminated(
     rows = jnp.concatenate(
         [jnp.broadcast_to(a, (*a.shape[:2], lanes)) for a in (matrix, rights)], axis=1
     )
-    return in_blocks(_gauss_jordan, rows)
+    return in_blocks(_gauss_jordan, [rows], BLOCK)
 
 
 class Eliminated(NamedTuple):
@@ -137,7 +136,7 @@ def eliminated_but_one(
 
     The order is that of Gauss and Jordan with complete pivoting.
     """
-    return Eliminated(*in_blocks(_but_one, jnp.concatenate([matrix, rights], axis=1)))
+    return Eliminated(*in_blocks(_but_one, [jnp.concatenate([matrix, rights], axis=1)], BLOCK))
 
 
 def _but_one(rows):
@@ -174,25 +173,6 @@ def _but_one(rows):
     return solved, weak, own, left, sign * (1.0 - 2.0 * (swaps % 2.0))
 
 
-def in_blocks(function: Callable[..., Any], *arrays: Array) -> Any:
-    """`function` on blocks of the last axis, which is padded with copies of its last entry."""
-    lanes = arrays[0].shape[-1]
-    if lanes <= _BLOCK:
-        return function(*arrays)
-    blocks = -(-lanes // _BLOCK)
-
-    def cut(array):
-        spare = [(0, 0)] * (array.ndim - 1) + [(0, blocks * _BLOCK - lanes)]
-        padded = jnp.pad(array, spare, mode="edge")
-        return jnp.moveaxis(padded.reshape(*array.shape[:-1], blocks, _BLOCK), -2, 0)
-
-    def join(array):
-        return jnp.moveaxis(array, 0, -2).reshape(*array.shape[1:-1], -1)[..., :lanes]
-
-    out = lax.map(lambda parts: function(*parts), tuple(cut(array) for array in arrays))
-    return jax.tree.map(join, out)
-
-
 @over_lanes
 def _eliminate(matrix, right):
     return eliminated(matrix, right)
@@ -225,7 +205,7 @@ def _gauss_jordan(rows):
 
 @over_lanes
 def _negative_pivots(matrix):
-    return in_blocks(_pivots, matrix)
+    return in_blocks(_pivots, [matrix], BLOCK)
 
 
 def _pivots(matrix):

@@ -5,8 +5,8 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float
 
-from ..lanes import over_lanes
-from .linear import in_blocks, inverse_with_sign
+from ..lanes import in_blocks, over_lanes
+from .linear import BLOCK, inverse_with_sign
 
 _SQUARINGS = 30
 """Most squarings of a Gram matrix: two singular values 1e-9 apart (relative) still differ."""
@@ -65,7 +65,7 @@ def _final_jvp(primals, tangents):
 
 @over_lanes
 def _largest(matrix):
-    return in_blocks(_power, matrix)
+    return in_blocks(_power, [matrix], BLOCK)
 
 
 def _power(matrix):

@@ -11,7 +11,7 @@ from jaxtyping import Float, Int
 
 from ..analysis.parameters import Selection
 from ..analysis.stability import count_unstable
-from ..programs import hot_program
+from ..programs import program
 from ..robots.robot import Robot
 from ..rods.equations import RodState
 from ..rods.segments import segments_of
@@ -60,7 +60,7 @@ class Cell(NamedTuple):
     residual: Float[Array, ""]
 
 
-@hot_program
+@program
 def look_at_cells(
     robot: Robot,
     selection: Selection,

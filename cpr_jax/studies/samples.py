@@ -12,7 +12,7 @@ from jaxtyping import Array, Float, Int
 from ..analysis.ellipsoid import Ellipsoid
 from ..analysis.expansion import Expansion, held_equations
 from ..analysis.parameters import Selection
-from ..programs import hot_program, program
+from ..programs import program
 from ..queue import queued_loop
 from ..robots.robot import Robot
 from ..statics.continuation import Jet, follow, newton_corrector
@@ -138,7 +138,7 @@ def _contains(ellipse: Ellipsoid, q_p):
     return ellipse.contains(q_p[:, : ellipse.center.size])
 
 
-@hot_program
+@program
 def _solve_chunk(study: Study, options: Options, seed, start):
     """Parameters, platforms, and whether they are sure to be on the branch."""
     numbers = start + jnp.arange(CHUNK)
@@ -158,7 +158,7 @@ def _solve_chunk(study: Study, options: Options, seed, start):
     return rho, q_p, sure
 
 
-@hot_program
+@program
 def _correct_longer(study: Study, options: Options, targets):
     """Platforms and status of samples that take more corrections, but are not followed."""
     equations = _equations(study, options)
@@ -174,7 +174,7 @@ def _correct_longer(study: Study, options: Options, targets):
     return jax.vmap(one)(targets)
 
 
-@hot_program
+@program
 def _follow_all(study: Study, options: Options, targets, patience):
     """Platforms and status at parameters to which the branch is followed from the nominal ones."""
     equations, nominal = _equations(study, options), study.expansion

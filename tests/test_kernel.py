@@ -1,0 +1,59 @@
+"""Loops in one kernel: the same numbers, and no argument that XLA cannot place."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from cpr_jax.kernel import one_kernel
+from cpr_jax.once import once
+
+LANES = 16
+
+
+def grown(x, rate, unused, steps):
+    """Compound growth, beside something that no result needs."""
+    del unused
+    return jax.lax.fori_loop(0, steps, lambda _, y: y * (1.0 + rate), x)
+
+
+@pytest.fixture
+def numbers():
+    x = jnp.linspace(1.0, 2.0, LANES)
+    return x, jnp.asarray(0.1), jnp.full((3, LANES), 7.0), jnp.asarray(5)
+
+
+def compiled(function, *args):
+    return jax.jit(once(function)).lower(*args).compile()
+
+
+def test_a_kernel_calculates_what_its_function_does(numbers):
+    x = np.asarray(numbers[0])
+    np.testing.assert_allclose(
+        compiled(one_kernel(grown), *numbers)(*numbers), x * 1.1**5, rtol=1e-14
+    )
+
+
+def test_the_request_outlives_derivatives_and_batches(numbers):
+    x, rate, unused, steps = numbers
+
+    def slope(x):
+        return jax.jvp(
+            lambda rate: one_kernel(grown)(x, rate, unused[:, 0], steps), (rate,), (1.0,)
+        )
+
+    program = compiled(jax.vmap(slope), x)
+    if jax.default_backend() == "cpu":
+        assert "xla_cpu_small_call" in program.as_text()
+    value, derivative = program(x)
+    np.testing.assert_allclose(value, x * 1.1**5, rtol=1e-14)
+    np.testing.assert_allclose(derivative, 5 * x * 1.1**4, rtol=1e-14)
+
+
+def test_constants_and_arguments_that_nothing_needs_do_no_harm(numbers):
+    x, _, unused, _ = numbers
+
+    def function(x, unused):
+        return one_kernel(grown)(x, 0.1, unused, 5)
+
+    np.testing.assert_allclose(compiled(function, x, unused)(x, unused), x * 1.1**5, rtol=1e-14)
