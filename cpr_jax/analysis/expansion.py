@@ -9,8 +9,9 @@ from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import Steps
 from ..statics.accuracy import relative_tip_error
+from ..statics.correction import values
 from ..statics.linear import inverse
-from ..statics.problem import Problem, forward_rows, full_residual
+from ..statics.problem import Problem, forward_rows
 from ..statics.unknowns import unknown_scales
 from .parameters import Selection
 
@@ -48,14 +49,11 @@ def held_equations(robot: Robot, selection: Selection, y: Float[Array, " n_y"], 
 
     **Returns:** a function of the unknowns in units of the nominal robot's, and of the parameters.
     """
-    units = unknown_scales(robot)
-    target = y[: robot.n_a + robot.n_p]
-    rows = forward_rows(robot)
+    rows, target = forward_rows(robot), y[: robot.n_a + robot.n_p]
 
     def equations(scaled, rho):
         varied = selection.set(robot, rho)
-        own = scaled * (units / unknown_scales(varied))
-        return full_residual(own, Problem(varied, rows, target), steps)
+        return values(Problem(varied, rows, target), scaled, steps, robot)
 
     return equations
 

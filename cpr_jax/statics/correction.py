@@ -12,6 +12,7 @@ from jaxtyping import Array, Bool, Float
 from ..lanes import over_lanes
 from ..queue import queued_loop
 from ..robots.robot import Robot
+from ..rods.integration import Steps
 from .arrow import Parts, System
 from .continuation import CLOSE, DEVIATION
 from .linear import solve_many_with_sign
@@ -91,6 +92,17 @@ def linearised(
     return _linearised(steps)(problem, (unknown_scales(robot), units_of(robot)), y)
 
 
+def values(
+    problem: Problem, y: Float[Array, " n_y"], steps: Steps, units: Robot
+) -> Float[Array, " n_y"]:
+    """`R(y, ρ)` at unknowns, and in rows, whose units are those of the robot `units`.
+
+    Batches run with their lanes last in memory; differentiable in forward mode, to any order.
+    """
+    scaling = unknown_scales(units), units_of(units)
+    return _values(problem, scaling, y, jnp.asarray(steps))
+
+
 def _slots(robot: Robot) -> int:
     """How many lanes have Jacobians that stay in the cache of a core: a power of two."""
     numbers = robot.n * (1 + robot.n_p + robot.geometry.freedoms)
@@ -158,6 +170,27 @@ def _for_all(y, problem):
 
 def _changed(y: Parts, change: Parts, where: Bool[Array, " lanes"]) -> Parts:
     return jax.tree.map(lambda y, dy: jnp.where(where, y - dy, y), y, change)
+
+
+@jax.custom_jvp
+def _values(*args):
+    return over_lanes(_values_of_lanes)(*args)
+
+
+@_values.defjvp
+def _values_and_slope(args, tangents):
+    # What `over_lanes` makes of a function is not to be differentiated.
+    def single(*args):
+        return _values_of_lanes(*jax.tree.map(lambda leaf: leaf[..., None], args))[..., 0]
+
+    return jax.jvp(single, args, tangents)
+
+
+def _values_of_lanes(problem, scaling, y, steps):
+    scale, units = scaling
+    system = System(problem, scale, units, steps)
+    y = _for_all(y, problem)
+    return system.in_rows(system.values(system.unknowns(y)))
 
 
 @functools.cache

@@ -11,6 +11,7 @@ from cpr_jax.robots.catalogue import rfrfr, rfrfr_straight, three_pfr
 from cpr_jax.robots.catalogue_space import three_rfs
 from cpr_jax.statics import correction
 from cpr_jax.statics.correction import _correct, linearised, settle
+from cpr_jax.statics.correction import values as values_of_lanes
 from cpr_jax.statics.equilibrium import solve_forward
 from cpr_jax.statics.linear import eliminated_but_one
 from cpr_jax.statics.problem import Problem, forward_rows, full_residual
@@ -41,6 +42,23 @@ def test_values_and_jacobian_beside_automatic_ones(make):
     expected = jax.jit(jax.jacfwd(residual))(y)
     scale = np.max(np.abs(expected))
     np.testing.assert_allclose(matrix, expected, rtol=0, atol=1e-13 * scale)
+
+
+@pytest.mark.parametrize("make", ROBOTS)
+def test_values_of_a_batch_and_their_derivative_beside_those_of_one_case(make):
+    robot = make()
+    problem, ys = problem_of(robot), jnp.asarray(0.3 * RNG.normal(size=(3, robot.n_y)))
+
+    def one(y):
+        return values_of_lanes(problem, y, STEPS, robot)
+
+    def plain(y):
+        return full_residual(y, problem, STEPS)
+
+    found, expected = jax.jit(jax.vmap(one))(ys), jax.jit(jax.vmap(plain))(ys)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+    slope, expected = jax.jit(jax.jacfwd(one))(ys[0]), jax.jit(jax.jacfwd(plain))(ys[0])
+    np.testing.assert_allclose(slope, expected, rtol=0, atol=1e-13 * np.max(np.abs(expected)))
 
 
 @pytest.mark.parametrize("make", ROBOTS)
