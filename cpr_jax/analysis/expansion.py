@@ -47,7 +47,8 @@ class Expansion(eqx.Module):
 def held_equations(robot: Robot, selection: Selection, y: Float[Array, " n_y"], steps: Steps):
     """`R(y, ρ)` with the motors held where `y` (SI units) has them.
 
-    **Returns:** a function of the unknowns in units of the nominal robot's, and of the parameters.
+    **Returns:** a function of the unknowns and of the parameters; unknowns and rows are in units
+    of the nominal robot's.
     """
     rows, target = forward_rows(robot), y[: robot.n_a + robot.n_p]
 

@@ -97,7 +97,7 @@ def values(
 ) -> Float[Array, " n_y"]:
     """`R(y, ρ)` at unknowns, and in rows, whose units are those of the robot `units`.
 
-    Batches run with their lanes last in memory; differentiable in forward mode, to any order.
+    Batches run with their lanes last in memory; derivatives are those of a single case.
     """
     scaling = unknown_scales(units), units_of(units)
     return _values(problem, scaling, y, jnp.asarray(steps))
@@ -134,10 +134,7 @@ def _correction(steps: int, chords: int):
     @over_lanes
     def kernel(problem, scaling, y, rights):
         """One iteration, then corrections with the same Jacobian."""
-        scale, units = scaling
-        system = System(problem, scale, units, steps)
-        y = _for_all(y, problem)
-        start = system.unknowns(y)
+        system, start = _posed(problem, scaling, y, steps)
         values, inverse = system.inverted(start)
 
         def unfinished(state):
@@ -162,10 +159,12 @@ def _correction(steps: int, chords: int):
     return kernel
 
 
-def _for_all(y, problem):
-    """Unknowns for each lane: with them, all that is calculated varies from lane to lane."""
+def _posed(problem, scaling, y, steps) -> tuple[System, Parts]:
+    """The equations and y; with y for each lane, all that is calculated varies among them."""
+    scale, units = scaling
+    system = System(problem, scale, units, steps)
     lanes = max(leaf.shape[-1] for leaf in jax.tree.leaves((y, problem)))
-    return jnp.broadcast_to(y, (len(y), lanes))
+    return system, system.unknowns(jnp.broadcast_to(y, (len(y), lanes)))
 
 
 def _changed(y: Parts, change: Parts, where: Bool[Array, " lanes"]) -> Parts:
@@ -179,7 +178,7 @@ def _values(*args):
 
 @_values.defjvp
 def _values_and_slope(args, tangents):
-    # What `over_lanes` makes of a function is not to be differentiated.
+    # A batch by `over_lanes` has no derivative of its own.
     def single(*args):
         return _values_of_lanes(*jax.tree.map(lambda leaf: leaf[..., None], args))[..., 0]
 
@@ -187,20 +186,16 @@ def _values_and_slope(args, tangents):
 
 
 def _values_of_lanes(problem, scaling, y, steps):
-    scale, units = scaling
-    system = System(problem, scale, units, steps)
-    y = _for_all(y, problem)
-    return system.in_rows(system.values(system.unknowns(y)))
+    system, start = _posed(problem, scaling, y, steps)
+    return system.in_rows(system.values(start))
 
 
 @functools.cache
 def _linearised(steps: int):
     @over_lanes
     def kernel(problem, scaling, y):
-        scale, units = scaling
-        system = System(problem, scale, units, steps)
-        y = _for_all(y, problem)
-        values, blocks = system.linearised(system.unknowns(y))
+        system, start = _posed(problem, scaling, y, steps)
+        values, blocks = system.linearised(start)
         return system.in_rows(values), system.matrix(blocks)
 
     return kernel

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -59,6 +60,26 @@ def test_values_of_a_batch_and_their_derivative_beside_those_of_one_case(make):
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
     slope, expected = jax.jit(jax.jacfwd(one))(ys[0]), jax.jit(jax.jacfwd(plain))(ys[0])
     np.testing.assert_allclose(slope, expected, rtol=0, atol=1e-13 * np.max(np.abs(expected)))
+
+
+@pytest.mark.parametrize("make", ROBOTS)
+def test_units_of_another_robot_scale_the_rows_and_nothing_else(make):
+    robot = make()
+    length = robot.legs.rod.length
+    other = eqx.tree_at(lambda robot: robot.legs.rod.length, robot, 1.3 * length)
+    problem = dataclasses.replace(problem_of(robot), offset=None)
+    ys = 0.3 * RNG.normal(size=(3, robot.n_y)) * unknown_scales(robot)
+
+    def rows(units):
+        solve = jax.vmap(lambda y: values_of_lanes(problem, y, STEPS, units))
+        return np.asarray(jax.jit(solve)(ys / unknown_scales(units)))
+
+    own, foreign = rows(robot), rows(other)
+    ratios = foreign / own
+    np.testing.assert_allclose(ratios, np.broadcast_to(ratios[0], ratios.shape), rtol=1e-9)
+    # Lengths by 1.3, forces by 1 / 1.3², moments by 1 / 1.3, angles by 1.
+    expected = np.array([1.0 / 1.3, 1.3**2, 1.3, 1.0])
+    assert np.all(np.min(np.abs(ratios[0][:, None] / expected - 1.0), axis=1) < 1e-9)
 
 
 @pytest.mark.parametrize("make", ROBOTS)
