@@ -21,6 +21,7 @@ from typing import Any, NamedTuple, TypeVar
 import equinox as eqx
 import jax
 from jax import export
+from jax.extend.core import get_opaque_trace_state
 
 from .atomic import write_atomically
 from .room import make_room, watch
@@ -40,6 +41,9 @@ longer to run. It has left later releases, which compile as quickly without it."
 
 _folder: pathlib.Path | None = None
 _all: "list[_Program]" = []
+
+_outside: Any = None
+"""JAX's state outside of all programs, once it is known: to compare it is quick."""
 
 
 def use_cache(folder: str | os.PathLike | None = None) -> pathlib.Path:
@@ -225,10 +229,17 @@ def started(job: Callable[[], None]) -> threading.Thread:
 
 def _is_within(arrays) -> bool:
     """Whether a call is part of another program, whose options hold for it then."""
+    global _outside
     if any(isinstance(array, jax.core.Tracer) for array in arrays):
         return True
+    state = get_opaque_trace_state()
+    if state == _outside:
+        return False
     # Within `jax.jit` even arithmetic on constants is traced.
-    return isinstance(jax.lax.neg(0.0), jax.core.Tracer)
+    if isinstance(jax.lax.neg(0.0), jax.core.Tracer):
+        return True
+    _outside = state
+    return False
 
 
 @functools.cache
@@ -253,7 +264,7 @@ def _devices(arrays) -> frozenset | None:
 
 
 def _type_of(leaf) -> tuple:
-    return leaf.shape, str(leaf.dtype), bool(getattr(leaf, "weak_type", False))
+    return leaf.shape, leaf.dtype, bool(getattr(leaf, "weak_type", False))
 
 
 def _outlined(tree) -> tuple[list[jax.Array], Any]:

@@ -25,9 +25,9 @@ class Corrected(NamedTuple):
     - `corrections`: how many there were.
     """
 
-    y: Float[Array, " n_y"]
-    chord: Float[Array, " n_y"]
-    moved: Float[Array, " n_y"]
+    y: Float[Array, " n_r"]
+    chord: Float[Array, " n_r"]
+    moved: Float[Array, " n_r"]
     left: Float[Array, ""]
     before: Float[Array, ""]
     worst: Float[Array, ""]
@@ -35,7 +35,7 @@ class Corrected(NamedTuple):
 
 
 class ChordIteration:
-    """Corrections by a matrix M, the inverse of the Jacobian J expanded to first order.
+    """Corrections by a matrix M, the inverse of the Jacobian J expanded in the parameters.
 
     M differs from sample to sample: it needs no derivative of a rod and still gains two digits or
     more at each turn. Each change is combined with the one before it (Anderson, 1965).
@@ -47,14 +47,13 @@ class ChordIteration:
 
     - `slope`, `curve`: first and second derivative of the unknowns on the way to the parameters.
     - `guess`: where they lead, and the iteration starts.
-    - `turn`: `T` of `M = (1 + T) M*`; where `1 + T` is regular from the nominal parameters on,
-        the sign of M has not changed.
+    - `turn`: T, see `Expansion.turned`; where `det(1 + T) > 0`, M has the sign of the nominal one.
     """
 
     def __init__(
         self,
         expansion: Expansion,
-        equations: Callable[[Float[Array, " n_y"], Float[Array, " n_rho"]], Float[Array, " n_y"]],
+        equations: Callable[[Float[Array, " n_r"], Float[Array, " n_rho"]], Float[Array, " n_r"]],
         rho: Float[Array, " n_rho"],
         second_order: bool,
     ):
@@ -65,30 +64,32 @@ class ChordIteration:
             self.curve = (expansion.second @ away) @ away
         shift = self.slope + 0.5 * self.curve
         self.guess = expansion.y + shift
-        self.turn = jnp.tensordot(away, expansion.turn, axes=1)
+        self.turn = expansion.turned(away)
         self._largest = jnp.max(jnp.abs(shift))
-        self._inverse, self._equations, self._rho = expansion.inverse, equations, rho
+        self._expansion, self._equations, self._rho = expansion, equations, rho
 
     def _change(self, y):
         f = self._equations(y, self._rho)
-        chord = self._inverse @ f
-        return -(chord + self.turn @ chord), jnp.max(jnp.abs(f))
+        axes = self._expansion.axes
+        chord = (axes.T @ self._expansion.inverse) @ f
+        return -axes @ (chord + self.turn @ chord), jnp.max(jnp.abs(f))
 
     def start(self) -> Corrected:
-        """After the first correction."""
-        first, left = self._change(self.guess)
-        zero = jnp.zeros_like(left)
-        return Corrected(self.guess + first, first, first, left, left, zero, jnp.array(1))
+        """Before the first correction."""
+        none, zero = jnp.zeros_like(self.guess), jnp.zeros_like(self._largest)
+        return Corrected(self.guess, none, none, zero, zero, zero, jnp.array(0))
 
     def advance(self, now: Corrected) -> Corrected:
         """After one more."""
         new, left = self._change(now.y)
+        first = now.corrections == 0
         bent = new - now.chord
         share = jnp.sum(new * bent) / jnp.maximum(jnp.sum(bent**2), 1e-300)
-        step = new - share * (now.moved + bent)
+        step = new - jnp.where(first, 0.0, share) * (now.moved + bent)
         # What `1 - M J` makes of the last step; below the tolerance, of rounding errors.
         kept = jnp.sqrt(jnp.sum((now.moved + bent) ** 2) / jnp.sum(now.moved**2))
-        worst = jnp.where(left > _TOLERANCE, jnp.maximum(now.worst, kept), now.worst)
+        tells = ~first & (left > _TOLERANCE)
+        worst = jnp.where(tells, jnp.maximum(now.worst, kept), now.worst)
         return Corrected(now.y + step, new, step, left, now.left, worst, now.corrections + 1)
 
     def unfinished(self, now: Corrected) -> Bool[Array, ""]:

@@ -35,8 +35,11 @@ RESCUED = 256
 _SLOTS = 64
 """Of these, samples that are followed at a time: most studies have only a few."""
 
-_CORRECTIONS = 4
+_CORRECTIONS = 3
 """Of every sample: enough for all but some percent."""
+
+_FEW = 32
+"""Of these, samples that are corrected further at a time."""
 
 PATIENCE = 400
 """Steps after which following a sample is given up."""
@@ -92,29 +95,25 @@ def solve_window(
         return [np.asarray(part) for part in found]
 
     chunks = in_parallel(at_once, range(first, first + count, CHUNK))
-    rho, q_p, sure = (np.concatenate(parts) for parts in zip(*chunks, strict=True))
-    status = np.where(sure, int(Status.SOLVED), int(Status.NOT_CONVERGED))
+    rho, q_p, sure, regular = (np.concatenate(parts) for parts in zip(*chunks, strict=True))
 
-    def keep(lanes, places, outcome) -> None:
-        q_p[lanes] = np.asarray(places)[: len(lanes)]
-        status[lanes] = np.asarray(outcome)[: len(lanes)]
+    def look(lanes) -> None:
+        kept = _keeps_sign(study.expansion, _padded(study, rho[lanes]))
+        regular[lanes] = np.asarray(kept)[: len(lanes)]
 
-    def longer(lanes) -> None:
-        keep(lanes, *_correct_longer(study, options, _padded(study, rho[lanes])))
+    in_parallel(look, _batches(np.flatnonzero((sure & ~regular)[:count])))
+    followed = ~(sure & regular)
+    status = np.where(followed, int(Status.NOT_CONVERGED), int(Status.SOLVED))
 
     def along(lanes) -> None:
         # What fills up the batch is not followed.
         patience = np.where(np.arange(RESCUED) < len(lanes), PATIENCE, 0)
-        keep(lanes, *_follow_all(study, options, _padded(study, rho[lanes]), patience))
-
-    def waiting() -> np.ndarray:
-        return np.flatnonzero(status[:count] == Status.NOT_CONVERGED)
+        places, outcome = _follow_all(study, options, _padded(study, rho[lanes]), patience)
+        q_p[lanes] = np.asarray(places)[: len(lanes)]
+        status[lanes] = np.asarray(outcome)[: len(lanes)]
 
     # Apart: many studies need no sample followed, and are spared the compilation.
-    in_parallel(longer, _batches(waiting()))
-    followed = np.zeros(len(rho), bool)
-    followed[waiting()] = True
-    in_parallel(along, _batches(waiting()))
+    in_parallel(along, _batches(np.flatnonzero(followed[:count])))
 
     q_p[status != Status.SOLVED] = np.nan
     inside = np.concatenate([_contains(ellipse, part) for part in np.split(q_p, len(chunks))])
@@ -140,38 +139,40 @@ def _contains(ellipse: Ellipsoid, q_p):
 
 @program
 def _solve_chunk(study: Study, options: Options, seed, start):
-    """Parameters, platforms, and whether they are sure to be on the branch."""
+    """Parameters, platforms, whether they are sure equilibria, and surely of the branch's sign."""
     numbers = start + jnp.arange(CHUNK)
     steps = draw(options.distribution, study.delta, seed, numbers)
     rho = study.expansion.rho + steps
-    equations, weights = _equations(study, options), study.expansion.weights
-
-    def one(rho):
-        chord = _chord(study, options, equations, rho)
-        found, _ = jax.lax.scan(
-            lambda now, _: (chord.advance(now), None), chord.start(), length=_CORRECTIONS - 1
-        )
-        regular = jnp.max(jnp.abs(chord.turn) @ weights / weights) < 1.0
-        return _platform(study.robot, found.y), chord.is_sure(found) & regular
-
-    q_p, sure = jax.vmap(one)(rho)
-    return rho, q_p, sure
-
-
-@program
-def _correct_longer(study: Study, options: Options, targets):
-    """Platforms and status of samples that take more corrections, but are not followed."""
     equations = _equations(study, options)
 
     def one(rho):
         chord = _chord(study, options, equations, rho)
-        found = queued_loop(chord.unfinished, chord.advance, chord.start())
-        regular = solve_with_sign(jnp.eye(found.y.size) + chord.turn, found.y)[1] > 0.0
-        sure = chord.is_sure(found) & regular
-        status = jnp.where(sure, Status.SOLVED, Status.NOT_CONVERGED)
-        return _platform(study.robot, found.y), status
+        found, _ = jax.lax.scan(
+            lambda now, _: (chord.advance(now), None), chord.start(), length=_CORRECTIONS
+        )
 
-    return jax.vmap(one)(targets)
+        # The few that need more make their matrices again rather than having all of them moved.
+        def again():
+            return _chord(study, options, equations, rho)
+
+        found = queued_loop(
+            lambda now: again().unfinished(now), lambda now: again().advance(now), found, slots=_FEW
+        )
+        regular = study.expansion.is_regular(chord.turn)
+        return _platform(study.robot, found.y), chord.is_sure(found), regular
+
+    return rho, *jax.vmap(one)(rho)
+
+
+@program
+def _keeps_sign(expansion: Expansion, rho):
+    """Whether `det(1 + T) > 0` at parameters where Gershgorin's discs do not tell."""
+
+    def one(rho):
+        turned = jnp.eye(expansion.y.size) + expansion.turned(rho - expansion.rho)
+        return solve_with_sign(turned, expansion.y)[1] > 0.0
+
+    return jax.vmap(one)(rho)
 
 
 @program
@@ -200,4 +201,4 @@ def _chord(study: Study, options: Options, equations, rho) -> ChordIteration:
 
 
 def _platform(robot: Robot, y):
-    return (y * unknown_scales(robot))[robot.n_a : robot.n_a + robot.n_p]
+    return (y * unknown_scales(robot)[robot.n_a :])[: robot.n_p]

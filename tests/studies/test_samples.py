@@ -43,7 +43,7 @@ def followed(study, selection, rho):
     def one(rho):
         way = jnp.stack([expansion.rho, rho])
         track = follow(correct, expansion.y, way, first_step=1.0)
-        return (track.y * unknown_scales(robot))[robot.n_a :][: robot.n_p], track.status
+        return (track.y * unknown_scales(robot)[robot.n_a :])[: robot.n_p], track.status
 
     return jax.vmap(one)(rho)
 
