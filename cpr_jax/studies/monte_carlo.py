@@ -215,6 +215,8 @@ def _table(window: Samples) -> np.ndarray:
 
 def _parts(folder, resume, study: Study, options: Options, seed, samples, keep) -> Parts:
     """Finished windows; each process has its own."""
+    if folder is None:
+        return Parts(None, {}, resume)
     configuration = {
         "study_digest": digest(study),
         "parameters": list(options.selection.labels),
@@ -227,7 +229,5 @@ def _parts(folder, resume, study: Study, options: Options, seed, samples, keep) 
         "processes": jax.process_count(),
         "versions": versions(),
     }
-    place = None
-    if folder is not None:
-        place = pathlib.Path(folder) / f"parts-{jax.process_index()}"
+    place = pathlib.Path(folder) / f"parts-{jax.process_index()}"
     return Parts(place, configuration, resume)

@@ -86,16 +86,18 @@ def solve_window(
     study: Study, options: Options, ellipse: Ellipsoid, seed: int, first: int, count: int
 ) -> Samples:
     """Draws and solves the samples with the numbers `first` to `first + count - 1`."""
-    studies = on_devices(study)
+    places = on_devices((study, ellipse))
 
     def at_once(start: int):
-        here = studies[start // CHUNK % len(studies)]
+        here, bounds = places[start // CHUNK % len(places)]
         # As arrays: Python numbers would be compiled in.
-        found = _solve_chunk(here, options, np.asarray(seed), np.asarray(start))
+        found = _solve_chunk(here, options, bounds, np.asarray(seed), np.asarray(start))
         return [np.asarray(part) for part in found]
 
     chunks = in_parallel(at_once, range(first, first + count, CHUNK))
-    rho, q_p, sure, regular = (np.concatenate(parts) for parts in zip(*chunks, strict=True))
+    rho, q_p, inside, sure, regular = (
+        np.concatenate(parts) for parts in zip(*chunks, strict=True)
+    )
 
     def look(lanes) -> None:
         kept = _keeps_sign(study.expansion, _padded(study, rho[lanes]))
@@ -108,15 +110,15 @@ def solve_window(
     def along(lanes) -> None:
         # What fills up the batch is not followed.
         patience = np.where(np.arange(RESCUED) < len(lanes), PATIENCE, 0)
-        places, outcome = _follow_all(study, options, _padded(study, rho[lanes]), patience)
-        q_p[lanes] = np.asarray(places)[: len(lanes)]
-        status[lanes] = np.asarray(outcome)[: len(lanes)]
+        found = _follow_all(study, options, ellipse, _padded(study, rho[lanes]), patience)
+        for whole, part in zip((q_p, inside, status), found, strict=True):
+            whole[lanes] = np.asarray(part)[: len(lanes)]
 
     # Apart: many studies need no sample followed, and are spared the compilation.
     in_parallel(along, _batches(np.flatnonzero(followed[:count])))
 
-    q_p[status != Status.SOLVED] = np.nan
-    inside = np.concatenate([_contains(ellipse, part) for part in np.split(q_p, len(chunks))])
+    unsolved = status != Status.SOLVED
+    q_p[unsolved], inside[unsolved] = np.nan, False
     return Samples(*(part[:count] for part in (rho, q_p, status, inside, followed)))
 
 
@@ -133,13 +135,8 @@ def _padded(study: Study, rho: np.ndarray) -> np.ndarray:
 
 
 @program
-def _contains(ellipse: Ellipsoid, q_p):
-    return ellipse.contains(q_p[:, : ellipse.center.size])
-
-
-@program
-def _solve_chunk(study: Study, options: Options, seed, start):
-    """Parameters, platforms, whether they are sure equilibria, and surely of the branch's sign."""
+def _solve_chunk(study: Study, options: Options, ellipse: Ellipsoid, seed, start):
+    """Parameters, platforms, whether they are inside, sure equilibria, and surely on the branch."""
     numbers = start + jnp.arange(CHUNK)
     steps = draw(options.distribution, study.delta, seed, numbers)
     rho = study.expansion.rho + steps
@@ -159,7 +156,7 @@ def _solve_chunk(study: Study, options: Options, seed, start):
             lambda now: again().unfinished(now), lambda now: again().advance(now), found, slots=_FEW
         )
         regular = study.expansion.is_regular(chord.turn)
-        return _platform(study.robot, found.y), chord.is_sure(found), regular
+        return *_end(study, ellipse, found.y), chord.is_sure(found), regular
 
     return rho, *jax.vmap(one)(rho)
 
@@ -176,8 +173,8 @@ def _keeps_sign(expansion: Expansion, rho):
 
 
 @program
-def _follow_all(study: Study, options: Options, targets, patience):
-    """Platforms and status at parameters to which the branch is followed from the nominal ones."""
+def _follow_all(study: Study, options: Options, ellipse: Ellipsoid, targets, patience):
+    """As `_solve_chunk`, with a status, where the branch is followed from the nominal parameters."""
     equations, nominal = _equations(study, options), study.expansion
     correct = newton_corrector(equations)
     _, sign = solve_with_sign(nominal.inverse, nominal.y)
@@ -186,7 +183,7 @@ def _follow_all(study: Study, options: Options, targets, patience):
         chord = _chord(study, options, equations, rho)
         way, jet = jnp.stack([nominal.rho, rho]), Jet(chord.slope, chord.curve, sign)
         track = follow(correct, nominal.y, way, steps, first_step=1.0, slots=_SLOTS, jet=jet)
-        return _platform(study.robot, track.y), track.status
+        return *_end(study, ellipse, track.y), track.status
 
     return jax.vmap(one)(targets, patience)
 
@@ -200,5 +197,8 @@ def _chord(study: Study, options: Options, equations, rho) -> ChordIteration:
     return ChordIteration(study.expansion, equations, rho, second_order)
 
 
-def _platform(robot: Robot, y):
-    return (y * unknown_scales(robot)[robot.n_a :])[: robot.n_p]
+def _end(study: Study, ellipse: Ellipsoid, y):
+    """The platform, and whether it is inside."""
+    robot = study.robot
+    q_p = (y * unknown_scales(robot)[robot.n_a :])[: robot.n_p]
+    return q_p, ellipse.contains(q_p[: ellipse.center.size])
