@@ -30,7 +30,7 @@ ROUNDS = 5
 
 
 def run(quick: bool) -> Result:
-    """Measures cpr_jax at its default accuracy beside each peer's coarsest accurate setting."""
+    """Measures cpr_jax at this accuracy beside each peer's coarsest accurate setting."""
     firsts = _first_calls()
     samples = MANY // 5 if quick else MANY
     sizes = [FEW, samples] + ([] if quick else [MOST])
@@ -88,7 +88,9 @@ def run(quick: bool) -> Result:
 
 
 def _study(everyone: Field, count: int) -> cpr.MonteCarlo:
-    return cpr.monte_carlo(everyone.robot, everyone.equilibrium, count, keep=count)
+    robot, equilibrium = everyone.robot, everyone.equilibrium
+    tolerance = ACCURACY / float(np.max(robot.legs.rod.length))
+    return cpr.monte_carlo(robot, equilibrium, count, keep=count, tolerance=tolerance)
 
 
 def _first_calls() -> dict[str, FirstCall]:
