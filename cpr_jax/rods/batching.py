@@ -9,10 +9,10 @@ import jax.numpy as jnp
 
 from ..lanes import in_blocks
 
-_CACHED = 1024
+_CACHED = 2048
 """Numbers of the states that are stepped at a time, with those of their tangents."""
 
-_SMALLEST, _LARGEST = 32, 512
+_SMALLEST, _LARGEST = 32, 128
 
 
 def block_size(numbers: int) -> int:
