@@ -4,10 +4,12 @@ from collections.abc import Sequence
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float
 from scipy.special import gammainc
 
 from ..errors import InputError
+from ..geometry import namespace
 from ..programs import program
 from ..statics.linear import row_axes
 from .sensitivity import Sensitivity
@@ -54,9 +56,13 @@ class Ellipsoid(eqx.Module):
 
     def boundary(self, count: int = 200) -> Float[Array, "count k"]:
         """Points on the boundary of a planar ellipse, closed."""
-        angle = jnp.linspace(0.0, 2.0 * jnp.pi, count)
-        circle = jnp.stack([jnp.cos(angle), jnp.sin(angle)], axis=1)
-        return self.center + (circle * self.semi_axes) @ self.directions
+        xp = namespace(self.center, self.semi_axes, self.directions)
+        center, semi_axes, directions = map(
+            xp.asarray, (self.center, self.semi_axes, self.directions)
+        )
+        angle = np.linspace(0.0, 2.0 * np.pi, count)
+        circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        return jnp.asarray(center + (circle * semi_axes) @ directions)
 
 
 def ellipsoid(sensitivity: Sensitivity, rows: str | Sequence[str] = "p_P") -> Ellipsoid:

@@ -6,9 +6,11 @@ from collections.abc import Mapping, Sequence
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import InputError
+from ..geometry import namespace
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS, rod_shape
@@ -94,7 +96,8 @@ class Sensitivity(eqx.Module):
 
     def Pi(self, rows: str | Sequence[str] = "p_P") -> Float[Array, "n_r n_rho"]:
         """`Π_{y_r} = S Π_y` (16) of the named rows."""
-        return self.Pi_y[jnp.array(self.indices(rows))]
+        xp = namespace(self.Pi_y)
+        return jnp.asarray(xp.asarray(self.Pi_y)[np.array(self.indices(rows))])
 
     @property
     def Pi_p(self) -> Float[Array, "d n_rho"]:
@@ -135,7 +138,7 @@ def sensitivity(
             f"{robot.n_p} platform coordinates."
         )
     y = equilibrium.y
-    both, stiffness = _linearise(robot, y, selection, steps)
+    both, stiffness, rho = _linearise(robot, y, selection, steps)
     Pi_y, Pi_tau, Pi_turn = both[hold.value]
     return Sensitivity(
         Pi_y=Pi_y,
@@ -143,7 +146,7 @@ def sensitivity(
         Pi_turn=Pi_turn,
         delta=half_ranges,
         y=y,
-        rho=selection.get(robot),
+        rho=rho,
         platform_stiffness=stiffness,
         rows=unknown_labels(robot),
         columns=selection.labels,
@@ -204,7 +207,7 @@ def _linearise(robot, y, selection: Selection, steps: int):
     stiffness = -(by_p[:n_p] + by_mu[:n_p] @ wrench_by_p)
     wrench_units = scales(robot).wrench(robot)[:n_p]
     stiffness = stiffness * wrench_units[:, None] / units[n_a : n_a + n_p]
-    return both, stiffness
+    return both, stiffness, rho
 
 
 class LegSensitivity(eqx.Module):

@@ -33,15 +33,19 @@ def make_paper(
     matplotlib.use("Agg")
     folder = pathlib.Path(out)
     folder.mkdir(parents=True, exist_ok=True)
-    study = case_study(samples, seed, progress)
+
+    def draw_samples(study: CaseStudy) -> None:
+        with journal_style():
+            save_figure(figure_1(study.robot, study.equilibria["A"]), folder / "figure-1")
+            save_figure(figure_2(study), folder / "figure-2")
+        save_dataset(
+            samples_dataset(list(study.studies.values()), list(POINTS), ["m", "m"]),
+            folder / "samples.nc",
+        )
+
+    study = case_study(samples, seed, progress, draw_samples)
     with journal_style():
-        save_figure(figure_1(study.robot, study.equilibria["A"]), folder / "figure-1")
-        save_figure(figure_2(study), folder / "figure-2")
         save_figure(figure_3(study.workspace, study.robot, MAP_POINTS), folder / "figure-3")
-    save_dataset(
-        samples_dataset(list(study.studies.values()), list(POINTS), ["m", "m"]),
-        folder / "samples.nc",
-    )
     save_dataset(study.workspace, folder / "map.nc")
     report = {
         "samples": samples,

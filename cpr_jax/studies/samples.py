@@ -95,9 +95,7 @@ def solve_window(
         return [np.asarray(part) for part in found]
 
     chunks = in_parallel(at_once, range(first, first + count, CHUNK))
-    rho, q_p, inside, sure, regular = (
-        np.concatenate(parts) for parts in zip(*chunks, strict=True)
-    )
+    rho, q_p, inside, sure, regular = (np.concatenate(parts) for parts in zip(*chunks, strict=True))
 
     def look(lanes) -> None:
         kept = _keeps_sign(study.expansion, _padded(study, rho[lanes]))
@@ -174,7 +172,7 @@ def _keeps_sign(expansion: Expansion, rho):
 
 @program
 def _follow_all(study: Study, options: Options, ellipse: Ellipsoid, targets, patience):
-    """As `_solve_chunk`, with a status, where the branch is followed from the nominal parameters."""
+    """Platforms, whether they are inside, and status, followed from the nominal parameters."""
     equations, nominal = _equations(study, options), study.expansion
     correct = newton_corrector(equations)
     _, sign = solve_with_sign(nominal.inverse, nominal.y)
