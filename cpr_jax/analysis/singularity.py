@@ -181,8 +181,8 @@ class _Tracer:
         chosen: list[int] = []
         reach = 6.0 * self.stride(lanes.tangent)
         for k, z in enumerate(lanes.z):
-            apart = [np.linalg.norm(z - lanes.z[j]) > max(reach[k], reach[j]) for j in chosen]
-            if all(apart):
+            away = np.linalg.norm(z - lanes.z[chosen], axis=1)
+            if np.all(away > np.maximum(reach[k], reach[chosen])):
                 chosen.append(k)
         return _Lane(*(leaf[chosen] for leaf in lanes))
 

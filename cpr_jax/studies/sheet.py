@@ -6,6 +6,7 @@ from ..analysis.singularity import SingularityType, trace_curves
 from ..robots.robot import Robot
 from ..statics.unknowns import unknown_scales
 from .grid import Grid
+from .parallel import in_parallel
 
 _SAME_SHEET = 0.3
 """Largest difference of the motors, dimensionless, between a curve and the cells around it."""
@@ -16,9 +17,10 @@ def singular_lines(
 ) -> dict[str, list[np.ndarray]]:
     """Singular curves of both kinds on the sheet that the map shows, as points on the axes."""
     sheet = _Sheet(robot, grid, y, solved)
-    lines = {}
-    for name, kind in (("t1_line", SingularityType.TYPE_1), ("t2_line", SingularityType.TYPE_2)):
-        starts, along = (sheet.rim() if name == "t1_line" else sheet.crossings(sign))[:2]
+
+    def traced(kind: SingularityType) -> list[np.ndarray]:
+        of_motors = kind is SingularityType.TYPE_1
+        starts, along = sheet.rim() if of_motors else sheet.crossings(sign)
         curves = trace_curves(
             robot,
             kind,
@@ -31,8 +33,10 @@ def singular_lines(
             belongs=sheet.shows,
             steps=steps,
         )
-        lines[name] = [curve.y[:, list(grid.axes)] for curve in curves]
-    return lines
+        return [curve.y[:, list(grid.axes)] for curve in curves]
+
+    kinds = SingularityType.TYPE_1, SingularityType.TYPE_2
+    return dict(zip(("t1_line", "t2_line"), in_parallel(traced, kinds), strict=True))
 
 
 class _Sheet:
