@@ -39,7 +39,7 @@ _CORRECTIONS = 3
 """Of every sample: enough for all but some percent."""
 
 _FEW = 32
-"""Of these, samples that are corrected further at a time."""
+"""Samples of a chunk that are corrected further at a time."""
 
 PATIENCE = 400
 """Steps after which following a sample is given up."""
