@@ -189,17 +189,25 @@ def _linearise(robot, y, selection: Selection, steps: int):
     by_y, by_rho = jax.jacfwd(equations, argnums=(0, 1))(y / units, rho)
     tau_y, tau_rho = jax.jacfwd(torques, argnums=(0, 1))(y, rho)
 
-    def holding(start: int, count: int):
-        """Both sensitivities with `count` unknowns from `start` held."""
-        free = jnp.concatenate([by_y[:, :start], by_y[:, start + count :]], axis=1)
-        moving = -inverse(free) @ by_rho
-        held = jnp.zeros((count, rho.size))
+    # Equally many unknowns from here on are held: the motors, or the platform.
+    starts = {Hold.MOTORS.value: 0}
+    if n_a == n_p:
+        starts[Hold.PLATFORM.value] = n_a
+    free = [
+        jnp.concatenate([by_y[:, :start], by_y[:, start + n_a :]], axis=1)
+        for start in starts.values()
+    ]
+    moving = -jax.vmap(inverse)(jnp.stack(free)) @ by_rho
+
+    def sensitivities(moving, start: int):
+        held = jnp.zeros((n_a, rho.size))
         Pi_y = jnp.concatenate([moving[:start], held, moving[start:]]) * units[:, None]
         return Pi_y, tau_y @ Pi_y + tau_rho, turned @ Pi_y[n_a + d : n_a + n_p]
 
-    both = {Hold.MOTORS.value: holding(0, n_a)}
-    if n_a == n_p:
-        both[Hold.PLATFORM.value] = holding(n_a, n_p)
+    both = {
+        name: sensitivities(part, start)
+        for part, (name, start) in zip(moving, starts.items(), strict=True)
+    }
 
     # Motors held and joints closed, the legs' wrenches follow the platform.
     by_p, by_mu = by_y[:, n_a : n_a + n_p], by_y[:, n_a + n_p :]

@@ -26,6 +26,8 @@ class Leg(eqx.Module):
     - `a`, `b`: rigid segments before and after the rod, in the axes of the rod's ends, `(d,)`.
     - `rod`, `joint`: see `Rod` and `Joint`.
     - `attachment_position`, `attachment_rotation`: joint frame on the platform, in its axes.
+    - `turns`: whether any motor may turn its leg. Where none does, no rotation in `screw` counts,
+        and programs are spared the derivatives of the rods by how gravity lies to them.
     """
 
     base_position: Float[Array, "*batch d"]
@@ -40,6 +42,7 @@ class Leg(eqx.Module):
     feed: Float[Array, "*batch"] | None = None
     stroke: Float[Array, "*batch d"] | None = None
     base_joint: BaseJoint | None = None
+    turns: bool = eqx.field(static=True, default=True)
 
 
 def revolute_screw(geometry: AbstractGeometry) -> Float[Array, " freedoms"]:

@@ -181,8 +181,27 @@ def _stack(legs: Sequence[Leg]) -> Leg:
             for leg in legs
         ]
     rods = alike([leg.rod for leg in legs])
-    legs = [dataclasses.replace(leg, rod=rod) for leg, rod in zip(legs, rods, strict=True)]
+    turns = any(_may_turn(leg) for leg in legs)
+    legs = [
+        dataclasses.replace(leg, rod=rod, turns=turns) for leg, rod in zip(legs, rods, strict=True)
+    ]
     return jax.tree.map(stack, *legs, is_leaf=none)
+
+
+def _may_turn(leg: Leg) -> bool:
+    turn = leg.screw[leg.base_position.size :]
+    return isinstance(turn, jax.core.Tracer) or bool(np.any(np.asarray(turn)))
+
+
+def check_turns(robot: Robot) -> None:
+    """Refuses a robot one of whose legs was told to turn after it was made without that."""
+    turn = robot.legs.screw[..., robot.geometry.d :]
+    if robot.legs.turns or isinstance(turn, jax.core.Tracer) or not np.any(np.asarray(turn)):
+        return
+    raise InputError(
+        "Argument `robot` must have `legs.turns` where `legs.screw` turns a leg, but it was made "
+        "without: make it again with `make_robot`."
+    )
 
 
 def in_space(robot: Robot) -> Robot:
@@ -254,6 +273,7 @@ def in_space(robot: Robot) -> Robot:
         feed=legs.feed,
         stroke=local(legs.stroke),
         base_joint=passive,
+        turns=legs.turns,
     )
     home, loads = robot.home, robot.loads
     if home is not None:

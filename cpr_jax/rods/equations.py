@@ -2,6 +2,7 @@
 
 from typing import Any, NamedTuple
 
+import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..geometry import AbstractGeometry, Components
@@ -20,6 +21,22 @@ class RodState(NamedTuple):
     rotation: Any
     force: Any
     moment: Any
+
+
+class RodEnergy(NamedTuple):
+    """What accumulates along a rod, and its tip.
+
+    **Attributes:**
+
+    - `energy`: elastic energy, J.
+    - `positions`: `∫ p ds`, m², shape `(d,)`; over each segment of a rod that has further ones,
+        `(1 + k, d)`.
+    - `tip`: as of `rod_tip`.
+    """
+
+    energy: Float[Array, ""]
+    positions: Float[Array, " d"]
+    tip: RodState
 
 
 def strains(
@@ -72,3 +89,13 @@ def strain_energy_density(
         force = geometry.unrotate(state.rotation, state.force)
         energy += sum(c * n * n for c, n in zip(rod.strain_compliance, force, strict=True))
     return 0.5 * energy
+
+
+def rates_at_end(geometry: AbstractGeometry, end: Any, rod: Rod) -> Any:
+    """How a `RodState` or a `RodEnergy` of a uniform rod grows with its length."""
+    tip = end.tip if isinstance(end, RodEnergy) else end
+    state = RodState(*(tuple(part) for part in tip))
+    rates = RodState(*(jnp.stack(part) for part in right_hand_side(geometry, state, rod)))
+    if isinstance(end, RodEnergy):
+        return RodEnergy(strain_energy_density(geometry, state, rod), tip.position, rates)
+    return rates

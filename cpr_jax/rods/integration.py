@@ -1,24 +1,21 @@
-"""Integration of a rod: its tip, its tangents (8), its whole shape, its energy."""
+"""Integration of a rod: its tip, its whole shape, its energy."""
 
 import enum
 import functools
-import math
 from typing import Any
 
 import diffrax
 import jax
 import jax.numpy as jnp
-from jax.custom_derivatives import SymbolicZero
 from jaxtyping import Array, Float, Int
 
 from ..geometry import AbstractGeometry
 from ..kernel import one_kernel
-from ..lanes import lanes_last
-from .batching import block_size, over_rods
-from .equations import RodState, right_hand_side, strain_energy_density
+from .equations import RodEnergy, RodState, right_hand_side, strain_energy_density
 from .rod import Rod
 from .segments import segments_of
 from .solver import ExtrapolatedMidpoint
+from .tangents import differentiable
 
 DEFAULT_STEPS = 10
 """Steps of order 10 along a rod: errors below 1e-9 of its length where it turns by up to 5 rad."""
@@ -78,12 +75,9 @@ def rod_energy(
     rod: Rod,
     force: Float[Array, " d"],
     moment: Float[Array, " r"],
-    steps: int = DEFAULT_STEPS,
-) -> tuple[Float[Array, ""], Float[Array, " d"]]:
-    """Elastic energy of a rod, J, and the integral of its positions `∫ p ds`, m².
-
-    Of a rod with further segments the integral is taken over each of them, `(1 + k, d)`.
-    """
+    steps: Steps = DEFAULT_STEPS,
+) -> RodEnergy:
+    """As `rod_tip`, with the energy of the rod and the integral of its positions."""
     return _integrate(geometry, steps, Readout.ENERGY, rod, force, moment)
 
 
@@ -100,7 +94,8 @@ def _integrate(geometry, steps, readout, rod, force, moment):
     else:
         # Not a part of the program, which serves any number of steps.
         leaves, shapes = [*leaves, jnp.asarray(steps)], (*shapes, ())
-    return _differentiable(geometry, nodes, readout, treedef, shapes, many, ())(*leaves)
+    single = _traced_once(geometry, nodes, readout, treedef)
+    return differentiable(single, geometry, treedef, shapes, many, nodes is None)(*leaves)
 
 
 def _solve(geometry, steps, readout, rod, force, moment):
@@ -169,17 +164,18 @@ def _solve(geometry, steps, readout, rod, force, moment):
     if whole:
         ys = [jnp.append(first, rest) for first, rest in zip(y0, along, strict=True)]
     state, quadratures = structure.unflatten(ys)
-    if readout is Readout.ENERGY:
-        positions = jnp.stack(quadratures[1:])
-        if segments is not None:
-            _, ends = structure.unflatten(along)
-            positions = jnp.diff(jnp.stack(ends[1:], axis=-1), axis=0, prepend=0.0)
-        return quadratures[0], positions
     if constant is not None:
         kept = tuple(jnp.broadcast_to(n, state.position[0].shape) for n in constant)
         state = state._replace(force=kept)
     state = state._replace(rotation=geometry.normalise(state.rotation))
-    return RodState(*(jnp.stack(part, axis=-1) for part in state))
+    state = RodState(*(jnp.stack(part, axis=-1) for part in state))
+    if readout is not Readout.ENERGY:
+        return state
+    positions = jnp.stack(quadratures[1:])
+    if segments is not None:
+        _, ends = structure.unflatten(along)
+        positions = jnp.diff(jnp.stack(ends[1:], axis=-1), axis=0, prepend=0.0)
+    return RodEnergy(quadratures[0], positions, state)
 
 
 def _components(rod):
@@ -200,97 +196,3 @@ def _traced_once(geometry, nodes, readout, treedef):
         return _solve(geometry, steps, readout, *treedef.unflatten(inputs))
 
     return solve
-
-
-@functools.cache
-def _differentiable(geometry, nodes, readout, treedef, shapes, many, perturbed):
-    """The integration together with its derivatives along the leaves flagged in `perturbed`.
-
-    `perturbed` holds one tuple of flags for each order. The rule of the derivative of order k
-    is the derivative of order k + 1, so that nothing ever differentiates the loop in reverse,
-    and tangents are integrated for those inputs alone that are perturbed.
-    """
-    columns = math.prod(
-        1 + sum(math.prod(shape) for shape, flag in zip(shapes, flags, strict=True) if flag)
-        for flags in perturbed
-    )
-    size = block_size(columns * (2 * geometry.d + len(geometry.identity)))
-
-    def with_tangents(function):
-        for flags in perturbed:
-            function = _with_tangents(function, shapes, flags)
-        return function
-
-    @lanes_last
-    def kernel(lift, *leaves):
-        depth = many + any(lift.laned)
-
-        def aligned(leaf, shape, laned):
-            # Lanes come last in memory, behind the further axes.
-            before = leaf.ndim - laned
-            ones = (1,) * (depth + len(shape) - leaf.ndim)
-            return leaf.reshape(*leaf.shape[:before], *ones, *leaf.shape[before:])
-
-        single = _traced_once(geometry, nodes, readout, treedef)
-        rods = over_rods(single, with_tangents, shapes, size)
-        return rods(*map(aligned, leaves, shapes, lift.laned))
-
-    @jax.custom_jvp
-    def integrate(*leaves):
-        return kernel(*leaves)
-
-    def rule(primals, tangents):
-        flags = tuple(not isinstance(tangent, SymbolicZero) for tangent in tangents)
-        order = (*perturbed, flags)
-        value, jacobian = _differentiable(geometry, nodes, readout, treedef, shapes, many, order)(
-            *primals
-        )
-        seeds = jnp.concatenate(
-            [
-                t.reshape(-1, *t.shape[len(shape) :])
-                for t, shape, flag in zip(tangents, shapes, flags, strict=True)
-                if flag
-            ]
-        )
-
-        def along(j):
-            between = (1,) * (j.ndim - seeds.ndim)
-            return jnp.sum(seeds.reshape(len(seeds), *between, *seeds.shape[1:]) * j, axis=0)
-
-        return value, jax.tree.map(along, jacobian)
-
-    integrate.defjvp(rule, symbolic_zeros=True)
-    return integrate
-
-
-def _with_tangents(function, shapes, flags):
-    """`function` beside its Jacobian in the flagged leaves; the Jacobian's first axis is theirs.
-
-    Tangents are the outer batch and lanes the inner, last one.
-    """
-
-    def both(*leaves):
-        chosen = tuple(leaf for leaf, flag in zip(leaves, flags, strict=True) if flag)
-
-        def partial(*moving):
-            supply = iter(moving)
-            return function(
-                *(next(supply) if flag else leaf for leaf, flag in zip(leaves, flags, strict=True))
-            )
-
-        return jax.vmap(lambda *tangents: jax.jvp(partial, chosen, tangents), out_axes=(None, 0))(
-            *_seeds(chosen, [s for s, flag in zip(shapes, flags, strict=True) if flag])
-        )
-
-    return both
-
-
-def _seeds(leaves, shapes):
-    """Unit tangents, one for each component of all leaves; equal along the lanes."""
-    sizes = [math.prod(shape) for shape in shapes]
-    units = jnp.split(jnp.eye(sum(sizes)), [sum(sizes[:k]) for k in range(1, len(sizes))], axis=1)
-    seeds = []
-    for leaf, shape, unit in zip(leaves, shapes, units, strict=True):
-        unit = unit.reshape(-1, *shape, *(1,) * (leaf.ndim - len(shape)))
-        seeds.append(jnp.broadcast_to(unit, (unit.shape[0], *leaf.shape)))
-    return tuple(seeds)

@@ -2,12 +2,14 @@
 
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..robots.robot import Robot
-from ..rods.integration import DEFAULT_STEPS, rod_tip
-from .residual import assembled, by_leg, closing_rows, leg_base, units_by_leg
+from ..rods.integration import DEFAULT_STEPS, Steps, rod_tip
+from .energy import Rods
+from .residual import by_leg, leg_base, residual_at
 from .unknowns import unravel
 
 TOLERANCE = 1e-8
@@ -43,25 +45,31 @@ class Errors(NamedTuple):
     unbalanced: Float[Array, ""]
 
 
-def integration_errors(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Errors:
-    """Estimated errors of an equilibrium with unknowns `y` in SI units."""
-    geometry, state = robot.geometry, unravel(robot, y)
-    legs, q, mu = by_leg(robot, state)
-    base = leg_base(geometry, legs, q, mu)
-    coarse, fine = (
-        rod_tip(geometry, base.rod, base.force, base.moment, count) for count in (steps, 2 * steps)
-    )
-    apart = jnp.max(jnp.abs(coarse.position - fine.position) / base.rod.length)
-    platform = state.q_p[:, None]
-    rows = closing_rows(robot, units_by_leg(robot), legs, base, fine, platform)
-    return Errors(apart, jnp.max(jnp.abs(assembled(robot, state, *rows))))
+def errors_between(robot: Robot, y: Float[Array, " n_y"], coarse: Rods, fine: Rods) -> Errors:
+    """Estimated errors of an equilibrium with unknowns `y` in SI units.
+
+    **Arguments:**
+
+    - `coarse`, `fine`: the rods with some steps, and with twice as many.
+    """
+    apart = jnp.max(jnp.abs(coarse.tips.position - fine.tips.position).T / fine.lengths)
+    left = residual_at(robot, unravel(robot, y), fine.tips)
+    return Errors(apart, jnp.max(jnp.abs(left)))
 
 
 def relative_tip_error(
-    robot: Robot, y: Float[Array, " n_y"], steps: int = _PROBE
+    robot: Robot, y: Float[Array, " n_y"], steps: Steps = _PROBE
 ) -> Float[Array, ""]:
-    """`Errors.tip`, by default of as few steps as tell what others leave."""
-    return integration_errors(robot, y, steps).tip
+    """`Errors.tip` of unknowns `y`, by default of as few steps as tell what others leave."""
+    legs, q, mu = by_leg(robot, unravel(robot, y))
+    base = leg_base(robot.geometry, legs, q, mu)
+
+    def tips(count):
+        return rod_tip(robot.geometry, base.rod, base.force, base.moment, count).position
+
+    # A loop keeps one copy of the integration in the compiled program.
+    coarse, fine = jax.lax.map(tips, jnp.array([1, 2]) * steps)
+    return jnp.max(jnp.abs(coarse - fine) / base.rod.length)
 
 
 def error_with(error: float, steps: int) -> float:

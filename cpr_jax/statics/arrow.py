@@ -13,6 +13,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..rods.integration import Steps
 from .linear import Eliminated, eliminated, eliminated_but_one
 from .problem import Problem
 from .residual import Units, leg_rows, platform_load
@@ -61,7 +62,7 @@ class Blocks(NamedTuple):
 class System:
     """The equations of a problem on arrays with their lanes last."""
 
-    def __init__(self, problem: Problem, scale, units: Units, steps: int):
+    def __init__(self, problem: Problem, scale, units: Units, steps: Steps):
         self.problem, self.steps, self.units = problem, steps, units
         self.robot = robot = problem.robot
         self.n, self.n_a = robot.transmission.shape[:2]

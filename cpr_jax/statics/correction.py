@@ -52,7 +52,7 @@ def settle(
     problem: Problem,
     guess: Float[Array, " n_y"],
     rights: Float[Array, "n_y k"],
-    steps: int,
+    steps: Steps,
     chords: int = 0,
 ) -> Settled:
     """Newton's method from a prediction, undamped. It is given up beyond `DEVIATION`.
@@ -85,11 +85,12 @@ def settle(
 
 
 def linearised(
-    problem: Problem, y: Float[Array, " n_y"], steps: int
+    problem: Problem, y: Float[Array, " n_y"], steps: Steps
 ) -> tuple[Float[Array, " n_y"], Float[Array, "n_y n_y"]]:
     """`R(y, ρ)` at dimensionless unknowns, and `∂R/∂y`; neither is differentiated."""
     robot = problem.robot
-    return _linearised(steps)(problem, (unknown_scales(robot), units_of(robot)), y)
+    scaling = unknown_scales(robot), units_of(robot)
+    return _linearised(problem, scaling, y, jnp.asarray(steps))
 
 
 def values(
@@ -118,7 +119,7 @@ class _Corrected(NamedTuple):
     slope: Float[Array, "n_y k"]
 
 
-def _correct(problem: Problem, y, rights, steps: int, chords: int) -> _Corrected:
+def _correct(problem: Problem, y, rights, steps: Steps, chords: int) -> _Corrected:
     if chords == 0:
         # A Jacobian that is used once is hardly worth its elimination by leg.
         values, matrix = linearised(problem, y, steps)
@@ -126,13 +127,14 @@ def _correct(problem: Problem, y, rights, steps: int, chords: int) -> _Corrected
         solved, sign = solve_many_with_sign(matrix, both)
         return _Corrected(y - solved[:, 0], jnp.max(jnp.abs(values)), sign, solved[:, 1:])
     robot = problem.robot
-    return _correction(steps, chords)(problem, (unknown_scales(robot), units_of(robot)), y, rights)
+    scaling = unknown_scales(robot), units_of(robot)
+    return _correction(chords)(problem, scaling, y, rights, jnp.asarray(steps))
 
 
 @functools.cache
-def _correction(steps: int, chords: int):
+def _correction(chords: int):
     @over_lanes
-    def kernel(problem, scaling, y, rights):
+    def kernel(problem, scaling, y, rights, steps):
         """One iteration, then corrections with the same Jacobian."""
         system, start = _posed(problem, scaling, y, steps)
         values, inverse = system.inverted(start)
@@ -190,12 +192,8 @@ def _values_of_lanes(problem, scaling, y, steps):
     return system.in_rows(system.values(start))
 
 
-@functools.cache
-def _linearised(steps: int):
-    @over_lanes
-    def kernel(problem, scaling, y):
-        system, start = _posed(problem, scaling, y, steps)
-        values, blocks = system.linearised(start)
-        return system.in_rows(values), system.matrix(blocks)
-
-    return kernel
+@over_lanes
+def _linearised(problem, scaling, y, steps):
+    system, start = _posed(problem, scaling, y, steps)
+    values, blocks = system.linearised(start)
+    return system.in_rows(values), system.matrix(blocks)

@@ -13,7 +13,7 @@ from jaxtyping import Array, Float, Int
 from ..errors import InputError, check_integer
 from ..geometry import Numbers, namespace
 from ..programs import program, started
-from ..robots.robot import Robot
+from ..robots.robot import Robot, check_turns
 from ..rods.segments import first_length
 from .accuracy import BALANCED, ROUGH, STEPS
 from .continuation import Track
@@ -128,7 +128,8 @@ def _solve(robot, imposed, target, guess, steps, throw):
     traced = any(isinstance(leaf, jax.core.Tracer) for leaf in given)
     alone = "search" if robot.home is None else "home"
     branch = alone if guess is None else "neighbour"
-    first, *finer = STEPS if steps is None else (steps,)
+    # Arrays are no part of a program, which then serves any number of steps.
+    first, *finer = (np.asarray(count) for count in (STEPS if steps is None else (steps,)))
     chosen = ROUGH if traced else BALANCED
     tolerance = np.asarray(chosen if steps is None else np.inf)
     task = robot, imposed, target
@@ -186,7 +187,7 @@ _compiled: set[Any] = set()
 def _compile_polish(robot, imposed, target, branch, steps) -> threading.Thread | None:
     """Starts to compile `polish` while the way to a solution is compiled and followed."""
     leaves, structure = jax.tree.flatten((robot, imposed, target))
-    key = structure, tuple(np.shape(leaf) for leaf in leaves), branch, steps
+    key = structure, tuple(np.shape(leaf) for leaf in leaves), branch
     if key in _compiled:
         return None
     _compiled.add(key)
@@ -254,6 +255,7 @@ def _base_wrenches(robot: Robot, state: State) -> Float[Array, "n freedoms"]:
 def _check_call(robot: Any, guess: Any, steps: Any) -> None:
     if not isinstance(robot, Robot):
         raise InputError(f"Argument `robot` must be a Robot, but it is a {type(robot).__name__}.")
+    check_turns(robot)
     if steps is not None:
         check_integer("steps", steps)
     if guess is None:

@@ -9,15 +9,15 @@ from jaxtyping import Array, Float
 
 from ..programs import program
 from ..robots.robot import Robot
-from ..rods.integration import DEFAULT_STEPS
+from ..rods.integration import DEFAULT_STEPS, Steps
 from .continuation import Corrected, Track, follow
-from .correction import settle
+from .correction import linearised, settle
+from .energy import potential_energy
 from .linear import solve_with_sign
-from .measures import potential_energy
 from .problem import Problem, forward_rows
-from .residual import leg_rows, residual, units_of
+from .residual import residual
 from .status import Status
-from .unknowns import State, base_freedoms, ravel, scales, unknown_scales, unravel
+from .unknowns import State, base_freedoms, ravel, unknown_scales, unravel
 
 SEARCH_STARTS = 64
 """Starts of a systematic search, a power of two."""
@@ -34,7 +34,7 @@ def follow_path(
     imposed: Float[Array, "n_a n_q"],
     start: Float[Array, " n_y"],
     corners: Float[Array, "points n_q"],
-    steps: int = DEFAULT_STEPS,
+    steps: Steps = DEFAULT_STEPS,
 ) -> Track:
     """Follows an equilibrium while imposed coordinates move along a polygon to its last corner.
 
@@ -69,7 +69,7 @@ def assemble_and_move(
     rough: Float[Array, " n_q"],
     mu: Float[Array, "n freedoms"],
     goal: Float[Array, " n_q"],
-    steps: int = DEFAULT_STEPS,
+    steps: Steps = DEFAULT_STEPS,
 ) -> tuple[Track, Track]:
     """Assembles a robot at a rough configuration `(q_a, q_p)`, then moves it to a goal.
 
@@ -113,7 +113,7 @@ def from_home(
     imposed: Float[Array, "n_a n_q"],
     mu: Float[Array, "n freedoms"],
     goal: Float[Array, " n_q"],
-    steps: int,
+    steps: Steps,
 ) -> tuple[Track, Track]:
     """`assemble_and_move` from the robot's home configuration."""
     assert robot.home is not None
@@ -127,26 +127,28 @@ def at_rest(robot: Robot) -> Float[Array, "n freedoms"]:
 
 
 @program
-def reaching(robot: Robot, rough: Float[Array, " n_q"], steps: int) -> Float[Array, "n freedoms"]:
+def reaching(robot: Robot, rough: Float[Array, " n_q"], steps: Steps) -> Float[Array, "n freedoms"]:
     """Legs bent by themselves towards where their joints are, by the linear theory of their rods.
 
     Straight inextensible rods at rest form a robot that resists in its own ways only: it has no
     tangent along which its joints could close. A damped step leaves out what a rod cannot follow.
     """
-    q_a, q_p = jnp.split(rough, [robot.n_a])
-    free = base_freedoms(robot) > 0.5
-    units = jnp.where(free, scales(robot).pose(robot), scales(robot).wrench(robot))
+    n, freedoms, n_q = robot.n, robot.geometry.freedoms, robot.n_a + robot.n_p
+    units = unknown_scales(robot)
+    apart = jnp.concatenate([rough / units[:n_q], jnp.zeros(n * freedoms)])
+    # The rows of each leg by its own unknowns, as the robot's Jacobian has them.
+    R, matrix = linearised(Problem(robot, forward_rows(robot), rough), apart, steps)
+    rows = slice(robot.n_p, robot.n_p + n * freedoms)
+    blocks = matrix[rows, n_q:].reshape(n, freedoms, n, freedoms)
+    own = jnp.einsum("iaib->iab", blocks)
+    missing = R[rows].reshape(n, freedoms)
 
-    def one(leg, q, unit):
-        def rows(x):
-            return leg_rows(robot, units_of(robot), steps, leg, q, q_p, x * unit)[0]
+    def bent(J, missing):
+        damped = J.T @ J + _DAMPING * jnp.eye(freedoms)
+        change, _ = solve_with_sign(damped, -J.T @ missing)
+        return change / jnp.maximum(1.0, jnp.max(jnp.abs(change)) / _FURTHEST)
 
-        rest = jnp.zeros(unit.size)
-        J, missing = jax.jacfwd(rows)(rest), rows(rest)
-        change, _ = solve_with_sign(J.T @ J + _DAMPING * jnp.eye(unit.size), -J.T @ missing)
-        return unit * change / jnp.maximum(1.0, jnp.max(jnp.abs(change)) / _FURTHEST)
-
-    return jax.vmap(one)(robot.legs, robot.transmission @ q_a, units)
+    return units[n_q:].reshape(n, freedoms) * jax.vmap(bent)(own, missing)
 
 
 @program
@@ -155,7 +157,7 @@ def from_neighbour(
     imposed: Float[Array, "n_a n_q"],
     y: Float[Array, " n_y"],
     goal: Float[Array, " n_q"],
-    steps: int,
+    steps: Steps,
 ) -> tuple[Float[Array, " n_y"], Track]:
     """Follows the branch of an equilibrium, of this robot or of one like it, to a goal.
 
@@ -172,14 +174,14 @@ def move(
     imposed: Float[Array, "n_a n_q"],
     start: Float[Array, " n_y"],
     corners: Float[Array, "points n_q"],
-    steps: int,
+    steps: Steps,
 ) -> Track:
     """`follow_path` from where an equilibrium is."""
     begin = start[None, : robot.n_a + robot.n_p]
     return follow_path(robot, imposed, start, jnp.concatenate([begin, corners]), steps)
 
 
-def fitted(robot: Robot, y: Float[Array, " n_y"], steps: int = DEFAULT_STEPS) -> Array:
+def fitted(robot: Robot, y: Float[Array, " n_y"], steps: Steps = DEFAULT_STEPS) -> Array:
     """Unknowns of a robot with other numbers, their wrenches scaled to where least is missing.
 
     A softer rod that carried the old wrenches would bend further than the branch allows.
@@ -200,7 +202,7 @@ def fitted(robot: Robot, y: Float[Array, " n_y"], steps: int = DEFAULT_STEPS) ->
     return ravel(state._replace(mu=strained(factor)))
 
 
-def _gap(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Float[Array, " n_r"]:
+def _gap(robot: Robot, y: Float[Array, " n_y"], steps: Steps) -> Float[Array, " n_r"]:
     """`R₀` at unknowns that need not be an equilibrium."""
     return residual(robot, unravel(robot, y), steps)
 
@@ -232,7 +234,7 @@ def detours(
     start: Float[Array, " n_y"],
     goal: Float[Array, " n_q"],
     lost: Track,
-    steps: int = DEFAULT_STEPS,
+    steps: Steps = DEFAULT_STEPS,
 ) -> Track:
     """Other ways to a goal that a straight line does not reach; `lost` if none does.
 
@@ -260,7 +262,7 @@ def search(
     robot: Robot,
     imposed: Float[Array, "n_a n_q"],
     goal: Float[Array, " n_q"],
-    steps: int = DEFAULT_STEPS,
+    steps: Steps = DEFAULT_STEPS,
 ) -> Track:
     """Assembles a robot in many configurations, follows each, keeps the least energy."""
     starts = search_starts(robot)

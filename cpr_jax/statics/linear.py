@@ -217,7 +217,7 @@ def _pivots(matrix):
 
     def eliminate(_, state):
         rest, used, count = state
-        diagonal = jnp.stack([rest[i, i] for i in range(n)])
+        diagonal = jnp.sum(jnp.where(jnp.eye(n, dtype=bool)[:, :, None], rest, 0.0), axis=0)
         size = jnp.where(used, -1.0, jnp.abs(diagonal))
         chosen = jnp.min(jnp.where(size == jnp.max(size, axis=0), index, n), axis=0)
         is_pivot = index == chosen

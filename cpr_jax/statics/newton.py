@@ -132,7 +132,8 @@ class LaneAdjoint(optx.AbstractAdjoint):
 
     def apply(self, primal_fn, rewrite_fn, inputs, tags):
         while_loop = eqx.internal.while_loop
-        moving, fixed = eqx.partition(inputs, eqx.is_inexact_array)
+        # Whatever may be traced is an argument: the rule outlives the trace around it.
+        moving, fixed = eqx.partition(inputs, eqx.is_array)
 
         def lax_loop(cond, body, init, *, max_steps):
             return while_loop(cond, body, init, max_steps=max_steps, kind="lax")
@@ -152,7 +153,7 @@ class LaneAdjoint(optx.AbstractAdjoint):
             succeeded = (rest[1] == optx.RESULTS.successful) & jnp.all(jnp.isfinite(root))
 
             def safe(leaf, value):
-                return None if leaf is None else jnp.where(succeeded, leaf, value)
+                return jnp.where(succeeded, leaf, value) if eqx.is_inexact_array(leaf) else leaf
 
             # In a failed lane any regular system will do; its derivative is masked below.
             moving = jax.tree.map(lambda leaf: safe(leaf, 1.0), moving)

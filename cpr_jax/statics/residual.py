@@ -59,7 +59,9 @@ def leg_base(
     """Actuator, passive joint and rigid segment a: `p_i(0) = motor + R(q) a`."""
     d = geometry.d
     mounted = geometry.exp(leg.base_rotation)
-    rotation = geometry.compose(mounted, geometry.exp(leg.screw[d:] * q))
+    rotation = mounted
+    if leg.turns:
+        rotation = geometry.compose(mounted, geometry.exp(leg.screw[d:] * q))
     slide = geometry.outward(geometry.frame(mounted), leg.screw[:d] * q)
     joint = motor = leg.base_position + slide
     force, moment = mu[:d], mu[d:]
@@ -186,6 +188,20 @@ def residual(
     units, (legs, q, mu) = units_by_leg(robot), by_leg(robot, state)
     rows, wrenches = leg_rows(robot, units, steps, legs, q, state.q_p[:, None], mu)
     return assembled(robot, state, rows, wrenches)
+
+
+def residual_at(robot: Robot, state: State, tips: RodState) -> Float[Array, " n_y_minus_n_a"]:
+    """As `residual`, where the tips of the rods are known.
+
+    **Arguments:**
+
+    - `tips`: in the axes of the rods' bases, stacked by leg along a first axis.
+    """
+    legs, q, mu = by_leg(robot, state)
+    base = leg_base(robot.geometry, legs, q, mu)
+    tips = jax.tree.map(lambda leaf: jnp.moveaxis(leaf, 0, -1), tips)
+    rows = closing_rows(robot, units_by_leg(robot), legs, base, tips, state.q_p[:, None])
+    return assembled(robot, state, *rows)
 
 
 def units_by_leg(robot: Robot) -> Units:

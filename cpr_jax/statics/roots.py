@@ -1,6 +1,5 @@
 """One equilibrium from a guess, with its implicit derivative."""
 
-import functools
 from typing import NamedTuple
 
 import jax
@@ -8,7 +7,7 @@ import jax.numpy as jnp
 import optimistix as optx
 from jaxtyping import Array, Float, Int
 
-from ..rods.integration import DEFAULT_STEPS
+from ..rods.integration import DEFAULT_STEPS, Steps
 from .correction import linearised
 from .newton import LaneAdjoint, LaneNewton
 from .problem import Problem, full_residual
@@ -17,12 +16,6 @@ from .unknowns import unknown_scales
 
 TOLERANCE = 1e-10
 """A solution's largest residual, in units of `scales(robot)`."""
-
-
-@functools.cache
-def _linearise(steps: int):
-    """The same object for the same steps, for the sake of caches."""
-    return lambda scaled, problem: linearised(problem, scaled, steps)
 
 
 class Root(NamedTuple):
@@ -50,7 +43,7 @@ def find_root(
     problem: Problem,
     guess: Float[Array, " n_y"],
     *,
-    steps: int = DEFAULT_STEPS,
+    steps: Steps = DEFAULT_STEPS,
     max_iterations: int = 20,
     max_step: float = 1.0,
     atol: float = 1e-9,
@@ -66,15 +59,15 @@ def find_root(
     """
     units = unknown_scales(problem.robot)
     solution: optx.Solution = optx.root_find(
-        lambda scaled, problem: full_residual(scaled, problem, steps),
+        lambda scaled, args: full_residual(scaled, *args),
         LaneNewton(
             atol=atol,
             max_step=max_step,
             look=look,
-            linearise=_linearise(steps),
+            linearise=_linearise,
         ),
         jax.lax.stop_gradient(guess) / units,
-        args=problem,
+        args=(problem, jnp.asarray(steps)),
         max_steps=max_iterations + look,
         adjoint=LaneAdjoint(),
         throw=False,
@@ -96,3 +89,8 @@ def find_root(
     )
     stats = solution.stats
     return Root(scaled * units, status, left, stats["sign"], stats["num_steps"], stats["jacobian"])
+
+
+def _linearise(scaled, args):
+    problem, steps = args
+    return linearised(problem, scaled, steps)

@@ -80,7 +80,7 @@ def _power(matrix):
     n = gram.shape[0]
 
     def trace(g):
-        return sum(g[i, i] for i in range(n))
+        return jnp.sum(jnp.where(jnp.eye(n, dtype=bool)[:, :, None], g, 0.0), axis=(0, 1))
 
     def spread(g):
         """Zero once one singular value has outgrown the others."""

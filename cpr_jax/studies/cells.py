@@ -15,9 +15,10 @@ from ..programs import program
 from ..robots.robot import Robot
 from ..rods.equations import RodState
 from ..rods.segments import segments_of
+from ..statics.energy import bows_of, integrated, total_energy
 from ..statics.linear import inverse_with_sign, row_axes
-from ..statics.measures import energy_and_bows, motor_torques
-from ..statics.residual import residual
+from ..statics.measures import motor_torques
+from ..statics.residual import residual, residual_at
 from ..statics.singular_values import norm_2
 from ..statics.unknowns import unknown_scales, unravel
 
@@ -93,8 +94,9 @@ def _look(robot: Robot, selection: Selection, delta, y, imposed, steps: int) -> 
     A_p = by_y[:, n_a:]
     free = free_runs(robot, imposed)
     A_q = jnp.concatenate([by_y[:, run] for run in free], axis=1)
-    inverse_p, sign_t2 = inverse_with_sign(A_p)
-    inverse_q, _ = inverse_with_sign(A_q)
+    # As a batch of two they share their compiled code.
+    (inverse_q, inverse_p), (_, sign_t2) = jax.vmap(inverse_with_sign)(jnp.stack([A_q, A_p]))
+    sigma_t1, sigma_t2 = 1.0 / jax.vmap(norm_2)(jnp.stack([inverse_q, inverse_p]))
     moved = -(inverse_q @ R_0) * jnp.concatenate([units[run] for run in free])
     for run in free:
         y, moved = y.at[run].add(moved[: run.stop - run.start]), moved[run.stop - run.start :]
@@ -103,7 +105,7 @@ def _look(robot: Robot, selection: Selection, delta, y, imposed, steps: int) -> 
     Pi_p, J = answers[:, : delta.size], answers[:d, delta.size :] / units[:n_a]
     semi_axes, directions = row_axes(Pi_p[:d] * delta)
     stretch, _ = row_axes(J)
-    energy, bows = energy_and_bows(robot, y, steps)
+    rods = integrated(robot, y, steps)
     state = unravel(robot, y)
     counted, nodes = count_unstable(robot, y, steps)
     curvature, moment = _strongest(robot, nodes)
@@ -112,10 +114,10 @@ def _look(robot: Robot, selection: Selection, delta, y, imposed, steps: int) -> 
         q_p=state.q_p,
         mu=state.mu,
         motor_torques=motor_torques(robot, y),
-        energy=energy,
-        bows=bows,
-        sigma_t1=1.0 / norm_2(inverse_q),
-        sigma_t2=1.0 / norm_2(inverse_p),
+        energy=total_energy(robot, y, rods),
+        bows=bows_of(robot, y, rods),
+        sigma_t1=sigma_t1,
+        sigma_t2=sigma_t2,
         sign_t2=sign_t2,
         Pi_p=Pi_p,
         semi_axes=semi_axes,
@@ -125,7 +127,7 @@ def _look(robot: Robot, selection: Selection, delta, y, imposed, steps: int) -> 
         curvature=curvature,
         moment=moment,
         unstable=counted.index,
-        residual=jnp.max(jnp.abs(residual(robot, state, steps))),
+        residual=jnp.max(jnp.abs(residual_at(robot, state, rods.tips))),
     )
 
 

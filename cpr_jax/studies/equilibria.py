@@ -15,8 +15,8 @@ from ..geometry import Numbers
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
+from ..statics.energy import bows_of, integrated, total_energy
 from ..statics.equilibrium import Equilibrium, polish
-from ..statics.measures import energy_and_bows
 from ..statics.problem import Problem, forward_rows, inverse_rows
 from ..statics.roots import find_root
 from ..statics.status import Status
@@ -64,7 +64,9 @@ class AllEquilibria(NamedTuple):
         y = jnp.asarray(self.y[k])
         here = y[: robot.n_a + robot.n_p]
         solved = np.asarray(int(Status.SOLVED))
-        return polish(robot, imposed, here, y, solved, np.asarray(np.inf), "search", steps)
+        return polish(
+            robot, imposed, here, y, solved, np.asarray(np.inf), "search", np.asarray(steps)
+        )
 
 
 def find_equilibria(
@@ -212,9 +214,10 @@ def _look(problem: Problem, y, steps: int):
         root = find_root(here, y, steps=steps)
         good = root.status == Status.SOLVED
         good &= jnp.max(jnp.abs(root.y - y) / unknown_scales(robot)) < 1e-3
-        energy, bows = energy_and_bows(robot, root.y, steps)
+        rods = integrated(robot, root.y, steps)
+        energy, bowed = total_energy(robot, root.y, rods), bows_of(robot, root.y, rods)
         counted, _ = count_unstable(robot, root.y, steps)
-        return root.y, good, energy, counted.index, bows
+        return root.y, good, energy, counted.index, bowed
 
     return jax.vmap(one)(y)
 

@@ -10,7 +10,8 @@ from cpr_jax.robots.joint import clamped, passive, pivot, slider
 from cpr_jax.robots.leg import make_leg, prismatic_screw
 from cpr_jax.robots.robot import in_space, make_robot
 from cpr_jax.rods.rod import kirchhoff_rod
-from cpr_jax.statics.measures import motor_torques, potential_energy
+from cpr_jax.statics.energy import potential_energy
+from cpr_jax.statics.measures import motor_torques
 from cpr_jax.statics.residual import residual
 from cpr_jax.statics.unknowns import unravel
 

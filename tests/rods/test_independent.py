@@ -106,7 +106,7 @@ def test_tip_is_the_end_of_the_shape(geometry, loaded, shapes, tip):
 
 
 def test_energy_and_mean_position(geometry, loaded, energies):
-    energy, positions = energies
+    energy, positions, _ = energies
     for k in range(COUNT):
         *_, expected, mean = loaded.oracle(k)
         np.testing.assert_allclose(energy[k], expected[-1], rtol=1e-10)
@@ -115,7 +115,7 @@ def test_energy_and_mean_position(geometry, loaded, energies):
 
 def test_energy_is_the_quadrature_of_its_density(geometry, loaded, shapes, energies):
     """Simpson's rule on the shape, with densities worked out here."""
-    energy, positions = energies
+    energy, positions, _ = energies
     local_n, local_m = local(geometry, shapes)
     density = 0.5 * np.sum(loaded.bend[:, None] * local_m**2, axis=2)
     density += 0.5 * np.sum(loaded.stretch[:, None] * local_n**2, axis=2)

@@ -77,7 +77,7 @@ def test_tips_and_energies_of_random_rods(geometry, loaded):
     tangent = jnp.stack(geometry.tangent(found.rotation))
     np.testing.assert_allclose(tangent, R[-1, :d, 0], rtol=0, atol=1e-11)
 
-    total, positions = rod_energy(geometry, rod, force, moment, STEPS)
+    total, positions, _ = rod_energy(geometry, rod, force, moment, STEPS)
     np.testing.assert_allclose(total, np.sum(energy), rtol=1e-10)
     np.testing.assert_allclose(positions, mean[:, :d], rtol=0, atol=1e-11)
 
@@ -107,8 +107,8 @@ def test_a_rod_cut_into_pieces_is_the_same_rod(geometry):
     same, expected = (tip(geometry, rod, force, moment) for rod in (segmented_rod(pieces), whole))
     for a, b in zip(same, expected, strict=True):
         np.testing.assert_allclose(a, b, rtol=0, atol=1e-12)
-    energy, positions = rod_energy(geometry, segmented_rod(pieces), force, moment, STEPS)
-    expected_energy, expected_positions = rod_energy(geometry, whole, force, moment, STEPS)
+    energy, positions, _ = rod_energy(geometry, segmented_rod(pieces), force, moment, STEPS)
+    expected_energy, expected_positions, _ = rod_energy(geometry, whole, force, moment, STEPS)
     np.testing.assert_allclose(energy, expected_energy, rtol=1e-12)
     np.testing.assert_allclose(positions.sum(axis=0), expected_positions, rtol=0, atol=1e-12)
 

@@ -8,11 +8,14 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+import cpr_jax as cpr
+from cpr_jax.errors import InputError
 from cpr_jax.geometry import PLANE
 from cpr_jax.robots.joint import clamped
 from cpr_jax.robots.leg import make_leg
 from cpr_jax.robots.robot import make_robot
 from cpr_jax.rods.rod import Rod, kirchhoff_rod
+from cpr_jax.statics.correction import linearised
 from cpr_jax.statics.equilibrium import solve_forward
 from cpr_jax.statics.measures import measure
 from cpr_jax.statics.problem import Problem, forward_rows
@@ -130,3 +133,26 @@ def test_a_rod_that_is_drawn_in_completely_is_no_solution():
     gone = solve_forward(cantilever, [-0.21], throw=False)
     assert int(gone.status) == Status.OUT_OF_REACH
     assert np.all(np.isnan(gone.q_p))
+
+
+def test_motors_that_turn_nothing_are_spared_its_derivatives(robot):
+    """Of legs that only slide and feed, one program leaves out what the other finds to be zero."""
+    screw = robot.legs.screw.at[:, 2].set(0.0)
+    legs = [dataclasses.replace(robot.leg(i), screw=row, turns=True) for i, row in enumerate(screw)]
+    spared = make_robot(PLANE, legs, oriented=True, f_P=robot.f_P, m_P=robot.m_P)
+    whole = dataclasses.replace(spared, legs=dataclasses.replace(spared.legs, turns=True))
+    assert robot.legs.turns
+    assert not spared.legs.turns
+    y = jnp.asarray(np.random.default_rng(5).normal(size=spared.n_y) * 0.3)
+
+    def linear(robot):
+        return linearised(Problem(robot, forward_rows(robot), jnp.zeros(6)), y, 10)
+
+    for found, expected in zip(linear(spared), linear(whole), strict=True):
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+
+
+def test_a_screw_that_turns_after_all_is_refused():
+    robot = eqx.tree_at(lambda r: r.legs.screw, cpr.three_pfr(), jnp.ones((3, 3)))
+    with pytest.raises(InputError, match=r"legs\.turns"):
+        solve_forward(robot, np.zeros(3))
