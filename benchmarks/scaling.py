@@ -11,7 +11,7 @@ from cpr_jax.robots.catalogue_space import GRAVITY
 
 from .child import available_cores, measured_apart
 from .peers import POINT
-from .result import Result, Table
+from .result import Result, Table, Verdict, at_most
 from .timing import first_call, take_turns
 
 SAMPLES = (100, 1_000, 10_000, 100_000, 1_000_000)
@@ -33,7 +33,7 @@ def run(quick: bool) -> Result:
             "warm solve": [(row[0], row[3]) for row in legs.rows],
         },
     }
-    return Result([samples, legs, devices], [], series, [])
+    return Result([samples, legs, devices], _verdicts(legs), series, [])
 
 
 def _samples(counts: tuple[int, ...]) -> Table:
@@ -105,6 +105,15 @@ def _legs(counts: tuple[int, ...]) -> Table:
         ("warm solve", "time"),
     ]
     return Table("Spatial robots of equal legs, a forward solve from home", columns, rows)
+
+
+def _verdicts(legs: Table) -> list[Verdict]:
+    compilation = {row[0]: row[1] for row in legs.rows}
+    verdicts = [at_most("compilation of a six-leg solve, s", compilation[6], 15.0)]
+    if 12 in compilation:
+        growth = compilation[12] / compilation[3]
+        verdicts.append(at_most("compilation with 12 legs, times that with 3", growth, 1.2))
+    return verdicts
 
 
 def _devices(samples: int) -> Table:

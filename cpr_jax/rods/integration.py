@@ -109,72 +109,74 @@ def _solve(geometry, steps, readout, rod, force, moment):
     start = RodState(
         position=(zero,) * geometry.d,
         rotation=tuple(zero + c for c in geometry.identity),
-        force=tuple(force),
+        force=(),
         moment=tuple(moment),
     )
-    # A force that nothing distributed changes is constant: it need not be integrated.
-    constant = None if rod.force is not None else start.force
     quadratures = (zero,) * (1 + geometry.d) if readout is Readout.ENERGY else ()
-    if constant is not None:
-        start = start._replace(force=())
     y0 = jax.tree.leaves((start, quadratures))
     structure: Any = jax.tree.structure((start, quadratures))
 
     whole = readout is Readout.SHAPE
 
-    def cross(y, rod):
+    def cross(y, force, rod):
         """From one end of a uniform rod to the other, and what is met on the way."""
+        stride = rod.length / steps
+
+        def force_after(t):
+            # What is distributed is constant: the force changes linearly and is not integrated.
+            if rod.force is None:
+                return tuple(jnp.broadcast_to(n, jnp.shape(t)) for n in force)
+            return tuple(n - t * stride * load for n, load in zip(force, rod.force, strict=True))
 
         def vector_field(t, y, args):
             state, quadratures = structure.unflatten(y)
-            full = state if constant is None else state._replace(force=constant)
-            rates = right_hand_side(geometry, full, rod)
-            if constant is not None:
-                rates = rates._replace(force=())
+            full = state._replace(force=force_after(t))
+            rates = right_hand_side(geometry, full, rod)._replace(force=())
             if quadratures:
                 quadratures = (strain_energy_density(geometry, full, rod), *full.position)
             return [stride * rate for rate in jax.tree.leaves((rates, quadratures))]
 
         # Steps of one size need no controller: stepped by hand, a rod is traced in a tenth of the
         # operations that `diffeqsolve` makes of it, and every batch and derivative repeats those.
-        stride = rod.length / steps
         term, solver = diffrax.ODETerm(vector_field), ExtrapolatedMidpoint()
 
         def advance(y, t):
             y, *_ = solver.step(term, t, t + 1.0, y, None, None, made_jump=False)
             return y, y
 
+        end = force_after(1.0 * steps)
         if whole:
-            return jax.lax.scan(advance, y, jnp.arange(float(steps)))
+            y, along = jax.lax.scan(advance, y, jnp.arange(float(steps)))
+            return (y, end), (along, force_after(1.0 + jnp.arange(float(steps))))
         to_end = one_kernel(
             lambda y: jax.lax.fori_loop(0, steps, lambda k, y: advance(y, 1.0 * k)[0], y)
         )
-        return to_end(y), None
+        return (to_end(y), end), None
 
+    begin = y0, tuple(force)
     if segments is None:
-        ys, along = cross(y0, rod)
+        ends, along = cross(y0, tuple(force), rod)
     else:
         # A loop over the segments: the compiled program does not grow with their number.
-        def cross_segment(y, segment):
-            end, along = cross(y, _components(segment))
+        def cross_segment(now, segment):
+            y, force = now
+            end, along = cross(y, force, _components(segment))
             return end, along if whole else end
 
-        ys, along = jax.lax.scan(cross_segment, y0, segments)
-        along = [values.reshape(-1) for values in along]
+        ends, along = jax.lax.scan(cross_segment, begin, segments)
+        along = jax.tree.map(lambda values: values.reshape(-1), along)
     if whole:
-        ys = [jnp.append(first, rest) for first, rest in zip(y0, along, strict=True)]
+        ends = jax.tree.map(jnp.append, begin, along)
+    ys, forces = ends
     state, quadratures = structure.unflatten(ys)
-    if constant is not None:
-        kept = tuple(jnp.broadcast_to(n, state.position[0].shape) for n in constant)
-        state = state._replace(force=kept)
-    state = state._replace(rotation=geometry.normalise(state.rotation))
+    state = state._replace(force=forces, rotation=geometry.normalise(state.rotation))
     state = RodState(*(jnp.stack(part, axis=-1) for part in state))
     if readout is not Readout.ENERGY:
         return state
     positions = jnp.stack(quadratures[1:])
     if segments is not None:
-        _, ends = structure.unflatten(along)
-        positions = jnp.diff(jnp.stack(ends[1:], axis=-1), axis=0, prepend=0.0)
+        _, sums = structure.unflatten(along[0])
+        positions = jnp.diff(jnp.stack(sums[1:], axis=-1), axis=0, prepend=0.0)
     return RodEnergy(quadratures[0], positions, state)
 
 

@@ -165,7 +165,8 @@ def _reached(robot, imposed, target, guess, steps, traced) -> Track:
     elif robot.home is not None:
         home, reached = from_home(robot, imposed, at_rest(robot), goal, steps)
         if not traced and int(home.status) != Status.SOLVED:
-            rough = jnp.concatenate([robot.home.q_a, robot.home.q_p])
+            # By numpy: an operation alone would wait for what is being compiled.
+            rough = jnp.asarray(np.concatenate([robot.home.q_a, robot.home.q_p]))
             bent = reaching(robot, rough, steps)
             home, reached = from_home(robot, imposed, bent, goal, steps)
         start, assembled = home.y, traced or int(home.status) == Status.SOLVED

@@ -11,7 +11,7 @@ from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS, Steps
 from .continuation import Corrected, Track, follow
-from .correction import linearised, settle
+from .correction import settle
 from .energy import potential_energy
 from .linear import solve_with_sign
 from .problem import Problem, forward_rows
@@ -24,6 +24,9 @@ SEARCH_STARTS = 64
 
 _DAMPING = 1e-4
 """Beside the squares of a leg's flexibilities, in units of `scales(robot)`."""
+
+_ASIDE = 1e-4
+"""Length of the differences that tell how a leg gives, dimensionless."""
 
 _FURTHEST = 3.0
 """Largest base wrench of a bent leg, in the same units: bends of about a radian."""
@@ -133,22 +136,30 @@ def reaching(robot: Robot, rough: Float[Array, " n_q"], steps: Steps) -> Float[A
     Straight inextensible rods at rest form a robot that resists in its own ways only: it has no
     tangent along which its joints could close. A damped step leaves out what a rod cannot follow.
     """
-    n, freedoms, n_q = robot.n, robot.geometry.freedoms, robot.n_a + robot.n_p
-    units = unknown_scales(robot)
-    apart = jnp.concatenate([rough / units[:n_q], jnp.zeros(n * freedoms)])
-    # The rows of each leg by its own unknowns, as the robot's Jacobian has them.
-    R, matrix = linearised(Problem(robot, forward_rows(robot), rough), apart, steps)
-    rows = slice(robot.n_p, robot.n_p + n * freedoms)
-    blocks = matrix[rows, n_q:].reshape(n, freedoms, n, freedoms)
-    own = jnp.einsum("iaib->iab", blocks)
-    missing = R[rows].reshape(n, freedoms)
+    n, freedoms = robot.n, robot.geometry.freedoms
+    q_a, q_p = jnp.split(rough, [robot.n_a])
+    units = unknown_scales(robot)[rough.size :].reshape(n, freedoms)
+
+    def rows(bend):
+        """Of all joints, `(n, d + r)`, where all legs have these dimensionless unknowns."""
+        R_0 = residual(robot, State(q_a, q_p, bend * units), steps)
+        return R_0[robot.n_p :].reshape(n, freedoms)
+
+    # Rows of a joint know the unknowns of its own leg only: all legs move at once. Neither exact
+    # derivatives, more than a guess needs, nor a batch: both would take longer to compile than all
+    # the rest.
+    aside = _ASIDE * np.eye(freedoms)
+    places = jnp.asarray(np.concatenate([np.zeros((1, freedoms)), aside, -aside]))
+    missing, *beside = jax.lax.map(rows, places)
+    ahead, behind = jnp.split(jnp.stack(beside, axis=-1), 2, axis=-1)
+    own = (ahead - behind) / (2.0 * _ASIDE)
 
     def bent(J, missing):
         damped = J.T @ J + _DAMPING * jnp.eye(freedoms)
         change, _ = solve_with_sign(damped, -J.T @ missing)
         return change / jnp.maximum(1.0, jnp.max(jnp.abs(change)) / _FURTHEST)
 
-    return units[n_q:].reshape(n, freedoms) * jax.vmap(bent)(own, missing)
+    return units * jax.vmap(bent)(own, missing)
 
 
 @program
