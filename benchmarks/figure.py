@@ -4,7 +4,9 @@ import pathlib
 from typing import Any
 
 import matplotlib.pyplot as plt
+import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import NullFormatter
 
 from cpr_jax.plotting.style import (
     BLACK,
@@ -58,10 +60,13 @@ def _dots(axes: Axes, values: dict[str, list], label: str) -> None:
     places = range(len(ordered))
     colours = [BLUE if name.startswith("cpr_jax") else BLACK for name, _ in ordered]
     # Dots: a logarithmic axis has no zero from which a bar could start.
-    axes.hlines(places, 0.5 * min(seconds), seconds, color=_LIGHT, linewidth=0.8)
+    # Whole decades, so that several are labelled and nothing between them.
+    ends = 10.0 ** np.floor(np.log10(min(seconds))), 10.0 ** np.ceil(np.log10(max(seconds)))
+    axes.hlines(places, ends[0], seconds, color=_LIGHT, linewidth=0.8)
     axes.scatter(seconds, places, color=colours, s=18, zorder=3)
     axes.set_xscale("log")
-    axes.set_xlim(0.5 * min(seconds), 2.0 * max(seconds))
+    axes.set_xlim(*ends)
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_yticks(places, [_short(name) for name, _ in ordered], fontsize=7)
     axes.set_xlabel(label)
 
