@@ -145,9 +145,9 @@ def reaching(robot: Robot, rough: Float[Array, " n_q"], steps: Steps) -> Float[A
         R_0 = residual(robot, State(q_a, q_p, bend * units), steps)
         return R_0[robot.n_p :].reshape(n, freedoms)
 
-    # Rows of a joint know the unknowns of its own leg only: all legs move at once. Neither exact
-    # derivatives, more than a guess needs, nor a batch: both would take longer to compile than all
-    # the rest.
+    # Rows of a joint know the unknowns of its own leg only: all legs move at once. A guess needs no
+    # exact derivatives, which take several times as long to compile; a loop takes what single
+    # solves have traced already.
     aside = _ASIDE * np.eye(freedoms)
     places = jnp.asarray(np.concatenate([np.zeros((1, freedoms)), aside, -aside]))
     missing, *beside = jax.lax.map(rows, places)
