@@ -21,6 +21,10 @@ _VIEWS = frozenset({"broadcast_in_dim", "convert_element_type", "reshape", "slic
 _LEAST = 8
 """Operations on an element that are rather repeated than their result stored and read again."""
 
+_SMALL = 400
+"""Operations of a kernel up to which XLA is left to it: what it then repeats costs less than what
+is stored and read again."""
+
 _APART = frozenset({"dot_general", "dynamic_slice", "dynamic_update_slice", "gather", "sort"})
 """What is not part of a loop over elements."""
 
@@ -54,7 +58,7 @@ def once(function: Callable[..., Any], least: int = 0) -> Callable[..., Any]:
         program, shape = jax.make_jaxpr(function, return_shape=True)(*args)
         leaves = jax.tree.leaves(args)
         if _size(program.jaxpr) < least:
-            values = core.jaxpr_as_fun(program)(*leaves)
+            values = _as_is(program, leaves)
         else:
             values = _finished(program, leaves)
         return jax.tree.unflatten(jax.tree.structure(shape), values)
@@ -81,6 +85,10 @@ def _size(jaxpr) -> int:
     return sum(
         1 + (_size(e.params[inner[_name(e)]].jaxpr) if _name(e) in inner else 0) for e in jaxpr.eqns
     )
+
+
+def _as_is(program, args) -> list:
+    return core.jaxpr_as_fun(program)(*args)
 
 
 def _finished(program, args) -> list:
@@ -122,7 +130,9 @@ def _results(equation, inputs) -> list:
         inner = equation.params[_CALLS[name]]
         if is_one_kernel(equation):
             values = [_value(entry) for entry in inputs]
-            return as_one_kernel(functools.partial(_finished, inner), values)
+            small = _size(inner.jaxpr) < _SMALL
+            carry_out = _as_is if small else _finished
+            return as_one_kernel(functools.partial(carry_out, inner), values)
         return _evaluate(inner.jaxpr, inner.consts, inputs)
     if primitive.multiple_results or name in _APART:
         params = dict(equation.params)
