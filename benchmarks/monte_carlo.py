@@ -8,7 +8,7 @@ import numpy as np
 import cpr_jax as cpr
 
 from .child import available_cores
-from .peers import POINT, Field, Reached, field
+from .peers import POINT, Field, Reached, field, in_words
 from .result import Result, Table, Verdict, at_least, at_most
 from .timing import FirstCall, first_call, take_turns
 
@@ -60,7 +60,7 @@ def run(quick: bool) -> Result:
         timing = timings[f"cpr_jax, {count:,} samples"]
         first = firsts["monte_carlo, 2,000 samples"].total if count == FEW else None
         per_sample[f"cpr_jax, {count:,}"] = timing.wall / count
-        name = f"cpr_jax, {own.steps} steps, {len(available_cores())} threads"
+        name = f"cpr_jax, {in_words(own.scheme)}, {len(available_cores())} threads"
         wall, cpu = timing.wall / count, timing.cpu / count
         rows.append([name, count, first, wall, cpu, error, wall / beside])
     for name, (contender, first, error) in reached.items():

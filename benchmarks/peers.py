@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 import cpr_jax as cpr
+from cpr_jax.statics.accuracy import MENU
 
 from . import casadi_peer, jax_peer, native_peer, numba_peer, scipy_peer
 from .building import compiler
@@ -115,13 +116,18 @@ def field(samples: int) -> Field:
 
 
 def _own(robot, equilibrium, samples: int) -> Iterator[Contender]:
-    for steps in (2, 3, 4, 5, 6, 7, 8, 10, 14):
+    for scheme in MENU:
 
-        def study(rho: np.ndarray, steps: int = steps) -> np.ndarray:
+        def study(rho: np.ndarray, scheme: cpr.Scheme = scheme) -> np.ndarray:
             # Its samples are those of the reference, drawn once more.
-            return cpr.monte_carlo(robot, equilibrium, len(rho), steps=steps, keep=len(rho)).q_p
+            return cpr.monte_carlo(robot, equilibrium, len(rho), steps=scheme, keep=len(rho)).q_p
 
-        yield Contender(f"cpr_jax, {steps} steps", study, samples)
+        yield Contender(f"cpr_jax, {in_words(scheme)}", study, samples)
+
+
+def in_words(scheme: cpr.Scheme) -> str:
+    """As the tables name it."""
+    return f"{scheme.steps} steps of order {scheme.order}"
 
 
 def _others(

@@ -5,7 +5,6 @@ speed test of Till's examples does and goes as far with each pose, straight in m
 the same plane. C++ takes path after path, cpr_jax all of them abreast.
 """
 
-import functools
 import itertools
 import time
 from collections.abc import Callable, Iterable
@@ -15,6 +14,7 @@ import jax
 import numpy as np
 
 import cpr_jax as cpr
+from cpr_jax.statics.accuracy import MENU
 from cpr_jax.statics.advance import advance
 from cpr_jax.statics.problem import inverse_rows
 from cpr_jax.statics.unknowns import unknown_scales
@@ -22,14 +22,15 @@ from cpr_jax.statics.unknowns import unknown_scales
 from . import six_peer
 from .building import compiler
 from .child import measured_apart
+from .peers import in_words
 from .result import Result, Table, at_least
 from .timing import FirstCall, first_call, take_turns
 
 ACCURACY = 1e-6
 """Largest error of a length that counts as accurate, m."""
 
-REFERENCE_STEPS = 20
-"""Integration steps of cpr_jax whose solutions all errors are measured against."""
+REFERENCE = cpr.Scheme(20)
+"""What cpr_jax integrates with for the solutions that all errors are measured against."""
 
 _START = (0.0, 0.02, 0.48)
 _POSE = 1e-3 * np.sqrt(2.0)
@@ -75,7 +76,7 @@ def measure(rounds: int) -> dict[str, Any]:
     printed, lean = six_peer.make(robot, problem)
     building = time.perf_counter() - begin
 
-    steps, call, error, exact = _own_setting(robot, problem)
+    scheme, call, error, exact = _own_setting(robot, problem)
     menu = itertools.product((14, 16, 20, 28), 10.0 ** -np.arange(9.0, 14.0), (1e-4, 1e-8))
     best = _fastest(printed, menu, exact)
     spared = _fastest(lean, itertools.product((12, 14, 16, 20, 28), (1, 2)), exact)
@@ -85,7 +86,9 @@ def measure(rounds: int) -> dict[str, Any]:
 
     programs: dict[str, Callable[[], np.ndarray]] = {
         name(_PUBLISHED): lambda: printed(*_PUBLISHED),
-        f"cpr_jax, {steps} steps, {_PATHS} paths abreast": lambda: _along(robot, problem, steps),
+        f"cpr_jax, {in_words(scheme)}, {_PATHS} paths abreast": (
+            lambda: _along(robot, problem, scheme)
+        ),
         name(best): lambda: printed(*best),
         f"C++, lean: {spared[0]} steps, Newton steps a pose: {spared[1]}": lambda: lean(*spared),
     }
@@ -110,20 +113,20 @@ def _poses() -> np.ndarray:
     return np.concatenate([places, np.zeros_like(places)], axis=-1)
 
 
-def _along(robot: cpr.Robot, problem: six_peer.Problem, steps: int) -> np.ndarray:
+def _along(robot: cpr.Robot, problem: six_peer.Problem, scheme: cpr.Scheme) -> np.ndarray:
     """Lengths of the legs, m, by `advance`, each pose predicted by slopes at the two before."""
     units = np.asarray(unknown_scales(robot))
     start = np.concatenate([problem.q_a, problem.q_p, problem.mu.ravel()])
     y = np.tile(start / units, (_PATHS, 1))
     lengths = np.empty((_PATHS, _POSES, 6))
     before = np.broadcast_to(problem.q_p, (_PATHS, 6))
-    slope = earlier = np.asarray(_advanced(robot, y, before, steps).slope)
+    slope = earlier = np.asarray(_advanced(robot, y, before, scheme).slope)
     for k in range(_POSES):
         pose = problem.poses[:, k]
         # The poses are equally far apart: to second order the slope goes on as it came.
         ahead = slope + 0.5 * (slope - earlier)
         guess = y + np.einsum("lny,ly->ln", ahead, (pose - before)[:, 1:3])
-        found = _advanced(robot, guess, pose, steps)
+        found = _advanced(robot, guess, pose, scheme)
         y, earlier, slope, before = np.asarray(found.y), slope, np.asarray(found.slope), pose
         if np.any(np.asarray(found.status) != cpr.Status.SOLVED):
             raise RuntimeError("A pose is not solved.")
@@ -131,25 +134,23 @@ def _along(robot: cpr.Robot, problem: six_peer.Problem, steps: int) -> np.ndarra
     return lengths
 
 
-def _advanced(robot, guess, pose, steps):
+def _advanced(robot, guess, pose, scheme):
     goal = np.concatenate([np.zeros_like(pose), pose], axis=1)
     axes = (robot.n_a + 1, robot.n_a + 2)
-    return jax.block_until_ready(advance(robot, inverse_rows(robot), axes, guess, goal, steps))
+    rows, numbers = inverse_rows(robot), np.asarray(scheme)
+    return jax.block_until_ready(advance(robot, rows, axes, guess, goal, numbers))
 
 
-def _own_setting(robot, problem) -> tuple[int, FirstCall, float, np.ndarray]:
-    """The fewest steps that are accurate, their first call and error, m, and the reference."""
-    exact = _along(robot, problem, REFERENCE_STEPS)
-    errors: dict[int, float] = {}
-
-    def measure_error(steps: int) -> None:
-        errors[steps] = _error(_along(robot, problem, steps), exact)
-
-    for steps in (1, 2, 3, 4, 5, 6, 8, 10):
-        call = first_call(functools.partial(measure_error, steps))
-        if errors[steps] <= ACCURACY:
-            return steps, call, errors[steps], exact
-    raise RuntimeError("No number of steps is accurate enough.")
+def _own_setting(robot, problem) -> tuple[cpr.Scheme, FirstCall, float, np.ndarray]:
+    """The scheme of least work that is accurate, its error, m, the first call and the reference."""
+    found: list[np.ndarray] = []
+    call = first_call(lambda: found.append(_along(robot, problem, REFERENCE)))
+    (exact,) = found
+    for scheme in MENU:
+        error = _error(_along(robot, problem, scheme), exact)
+        if error <= ACCURACY:
+            return scheme, call, error, exact
+    raise RuntimeError("No scheme is accurate enough.")
 
 
 def _error(lengths: np.ndarray, exact: np.ndarray) -> float:

@@ -60,6 +60,7 @@ from .rods.section import Material as Material
 from .rods.section import circle as circle
 from .rods.section import rectangle as rectangle
 from .rods.segments import segmented_rod as segmented_rod
+from .rods.solver import Scheme as Scheme
 from .statics.equilibrium import Equilibrium as Equilibrium
 from .statics.equilibrium import solve_forward as solve_forward
 from .statics.equilibrium import solve_inverse as solve_inverse

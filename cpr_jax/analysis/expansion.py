@@ -8,8 +8,9 @@ from jaxtyping import Array, Bool, Float
 
 from ..programs import program
 from ..robots.robot import Robot
-from ..rods.integration import Steps
-from ..statics.accuracy import relative_tip_error
+from ..rods.integration import DEFAULT_STEPS
+from ..rods.solver import Steps
+from ..statics.accuracy import MENU, least_scheme, tip_errors
 from ..statics.correction import values
 from ..statics.linear import inverse
 from ..statics.problem import Problem, forward_rows
@@ -18,6 +19,9 @@ from .parameters import Selection
 
 _REACH = 0.02
 """Share of the parameters' half ranges over which the expansion's differences are taken."""
+
+_ROUGH = 1e-8
+"""Error of a rod's tip that an expansion may have, in lengths of the rod."""
 
 _LARGEST = 10_000
 """Numbers that a second order of the inverse may have; beyond that it costs more than it spares."""
@@ -37,7 +41,7 @@ class Expansion(eqx.Module):
     - `axes`: an orthonormal basis as columns, in which T, see `turned`, is nearly triangular.
     - `turn`: T by powers of what parameters differ by: shape `(powers, n_r, n_r)`.
     - `weights`: positive `w` that make `Σ_j |T_ij| w_j / w_i` small over the parameters' ranges.
-    - `error`: `relative_tip_error`, the largest over the ranges of the parameters.
+    - `errors`: `tip_errors`, the largest over the ranges of the parameters.
     """
 
     y: Float[Array, " n_r"]
@@ -48,7 +52,7 @@ class Expansion(eqx.Module):
     axes: Float[Array, "n_r n_r"]
     turn: Float[Array, "powers n_r n_r"]
     weights: Float[Array, " n_r"]
-    error: Float[Array, ""]
+    errors: Float[Array, " schemes"]
 
     def turned(self, away: Float[Array, " n_rho"]) -> Float[Array, "n_r n_r"]:
         """T at the parameters `rho + away`, in `axes` A: `A (1 + T) Aᵀ M` is the inverse there."""
@@ -85,7 +89,7 @@ def expand(
     y: Float[Array, " n_y"],
     Pi_y: Float[Array, "n_y n_rho"],
     delta: Float[Array, " n_rho"],
-    steps: int,
+    further: Steps = DEFAULT_STEPS,
 ) -> Expansion:
     """Expands the equilibrium at the unknowns `y` (SI units), its motors held.
 
@@ -96,9 +100,9 @@ def expand(
 
     - `Pi_y`: the sensitivity with the motors held, SI units.
     - `delta`: half ranges, over a small part of which the differences are taken.
+    - `further`: a scheme whose error is told as well.
     """
     units = unknown_scales(robot)
-    equations = held_equations(robot, selection, y, steps)
     scaled, rho, first = y / units, selection.get(robot), Pi_y / units[:, None]
     scaled, first = scaled[robot.n_a :], first[robot.n_a :]
     n_rho = rho.size
@@ -108,6 +112,16 @@ def expand(
     pairs = _pairs(n_rho, scaled.size)
     both = np.eye(n_rho)[pairs[0]] + np.eye(n_rho)[pairs[1]]
     ways = reach * np.concatenate([np.eye(n_rho), both[pairs[0] != pairs[1]]])
+
+    def tips(way):
+        shift = jnp.concatenate([jnp.zeros(robot.n_a), first @ way]) * units
+        return tip_errors(selection.set(robot, rho + way), y + shift, further)
+
+    largest = jnp.diag(reach / _REACH)
+    reached = jnp.concatenate([jnp.zeros((1, n_rho)), largest, -largest])
+    errors = jnp.max(jax.vmap(tips)(reached), axis=0)
+    scheme = jnp.array(MENU)[least_scheme(errors, _ROUGH)]
+    equations = held_equations(robot, selection, y, scheme)
     linearise = jax.jacfwd(equations, argnums=(0, 1))
 
     def look(second, _):
@@ -138,12 +152,6 @@ def expand(
     _, axes = jnp.linalg.eigh(spread.T @ spread)
     turn = axes.T @ jnp.concatenate([turn, _of_pairs(bends, pairs, reach)]) @ axes
 
-    def tips(way):
-        shift = jnp.concatenate([jnp.zeros(robot.n_a), first @ way]) * units
-        return relative_tip_error(selection.set(robot, rho + way), y + shift)
-
-    largest = jnp.diag(reach / _REACH)
-    reached = jnp.concatenate([jnp.zeros((1, n_rho)), largest, -largest])
     return Expansion(
         y=scaled,
         rho=rho,
@@ -153,7 +161,7 @@ def expand(
         axes=axes,
         turn=turn,
         weights=_weights(jnp.tensordot(delta, jnp.abs(turn[:n_rho]), axes=1)),
-        error=jnp.max(jax.vmap(tips)(reached)),
+        errors=errors,
     )
 
 

@@ -7,21 +7,18 @@ from typing import Any
 import diffrax
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Float
 
 from ..geometry import AbstractGeometry
 from ..kernel import one_kernel
 from .equations import RodEnergy, RodState, right_hand_side, strain_energy_density
 from .rod import Rod
 from .segments import segments_of
-from .solver import ExtrapolatedMidpoint
+from .solver import ExtrapolatedMidpoint, Scheme, Steps, as_scheme
 from .tangents import differentiable
 
 DEFAULT_STEPS = 10
 """Steps of order 10 along a rod: errors below 1e-9 of its length where it turns by up to 5 rad."""
-
-Steps = int | Int[Array, ""]
-"""A number of steps; an array is not compiled into a program, which then serves any number."""
 
 
 class Readout(enum.Enum):
@@ -93,13 +90,14 @@ def _integrate(geometry, steps, readout, rod, force, moment):
         nodes = steps
     else:
         # Not a part of the program, which serves any number of steps.
-        leaves, shapes = [*leaves, jnp.asarray(steps)], (*shapes, ())
+        leaves, shapes = [*leaves, jnp.asarray(as_scheme(steps))], (*shapes, (3,))
     single = _traced_once(geometry, nodes, readout, treedef)
     return differentiable(single, geometry, treedef, shapes, many, nodes is None)(*leaves)
 
 
-def _solve(geometry, steps, readout, rod, force, moment):
+def _solve(geometry, scheme, readout, rod, force, moment):
     """One integration by diffrax, for a single rod, on components."""
+    steps, order, least = scheme
     segments = None
     if rod.further is None:
         rod = _components(rod)
@@ -138,7 +136,7 @@ def _solve(geometry, steps, readout, rod, force, moment):
 
         # Steps of one size need no controller: stepped by hand, a rod is traced in a tenth of the
         # operations that `diffeqsolve` makes of it, and every batch and derivative repeats those.
-        term, solver = diffrax.ODETerm(vector_field), ExtrapolatedMidpoint()
+        term, solver = diffrax.ODETerm(vector_field), ExtrapolatedMidpoint(order, least)
 
         def advance(y, t):
             y, *_ = solver.step(term, t, t + 1.0, y, None, None, made_jump=False)
@@ -189,12 +187,12 @@ def _components(rod):
 def _traced_once(geometry, nodes, readout, treedef):
     """`_solve` on leaves, traced once. Batches and derivatives start from that trace.
 
-    The number of steps is the last leaf, unless it is given as `nodes`.
+    The numbers of the scheme are the last leaf, unless its steps are given as `nodes`.
     """
 
     @jax.jit
     def solve(*leaves):
-        *inputs, steps = leaves if nodes is None else (*leaves, nodes)
-        return _solve(geometry, steps, readout, *treedef.unflatten(inputs))
+        *inputs, scheme = leaves if nodes is None else (*leaves, Scheme(nodes))
+        return _solve(geometry, scheme, readout, *treedef.unflatten(inputs))
 
     return solve

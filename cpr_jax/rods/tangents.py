@@ -30,7 +30,7 @@ def differentiable(
     **Arguments:**
 
     - `single`: the integration of one rod, a function of leaves.
-    - `treedef`: of these leaves, but for the number of steps, if it comes last.
+    - `treedef`: of these leaves, but for the numbers of the scheme, if they come last.
     - `shapes`: of the leaves of one rod.
     - `many`: number of further axes behind these.
     - `ends`: whether it returns what is at the rod's end, a `RodState` or a `RodEnergy`.

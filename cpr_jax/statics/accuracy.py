@@ -4,10 +4,13 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+import numpy as np
+from jaxtyping import Array, Float, Int
 
+from ..geometry import namespace
 from ..robots.robot import Robot
-from ..rods.integration import DEFAULT_STEPS, Steps, rod_tip
+from ..rods.integration import DEFAULT_STEPS, rod_tip
+from ..rods.solver import Scheme, Steps, as_scheme
 from .energy import Rods
 from .residual import by_leg, leg_base, residual_at
 from .unknowns import unravel
@@ -24,11 +27,24 @@ ROUGH = 1e-6
 STEPS = (DEFAULT_STEPS, 20, 40)
 """Numbers of steps that a single solve tries in turn."""
 
-MENU = (4, 5, 6, 7, 8, 10, 14, 20, 40)
-"""Numbers of steps to choose from: each is compiled by itself."""
+MENU = (
+    Scheme(2, 8, 4),
+    Scheme(2, 8, 6),
+    Scheme(2, 8, 8),
+    Scheme(2, 10, 8),
+    Scheme(2, 10, 10),
+    Scheme(3, 8, 10),
+    Scheme(3, 10, 8),
+    Scheme(3, 10, 10),
+    Scheme(3, 12, 8),
+    Scheme(3, 12, 10),
+    Scheme(5, 12, 8),
+    Scheme(10, 12, 8),
+    Scheme(20, 12, 8),
+)
+"""Schemes to choose from, the least work first: few large steps take less of it than many small
+ones, and the order that takes least depends on the accuracy."""
 
-_PROBE = 5
-_ORDER = 10
 _ROUNDOFF = 1e-13
 
 
@@ -57,32 +73,40 @@ def errors_between(robot: Robot, y: Float[Array, " n_y"], coarse: Rods, fine: Ro
     return Errors(apart, jnp.max(jnp.abs(left)))
 
 
-def relative_tip_error(
-    robot: Robot, y: Float[Array, " n_y"], steps: Steps = _PROBE
-) -> Float[Array, ""]:
-    """`Errors.tip` of unknowns `y`, by default of as few steps as tell what others leave."""
+def tip_errors(
+    robot: Robot, y: Float[Array, " n_y"], further: Steps = DEFAULT_STEPS
+) -> Float[Array, " schemes"]:
+    """`Errors.tip` of the unknowns `y` with each scheme of `MENU` and a further one.
+
+    What the last of the menu leaves is extrapolated from the one before it, which has half its
+    steps; the others are compared with it.
+    """
     legs, q, mu = by_leg(robot, unravel(robot, y))
     base = leg_base(robot.geometry, legs, q, mu)
 
-    def tips(count):
-        return rod_tip(robot.geometry, base.rod, base.force, base.moment, count).position
+    def tips(scheme):
+        return rod_tip(robot.geometry, base.rod, base.force, base.moment, scheme).position
 
     # A loop keeps one copy of the integration in the compiled program.
-    coarse, fine = jax.lax.map(tips, jnp.array([1, 2]) * steps)
-    return jnp.max(jnp.abs(coarse - fine) / base.rod.length)
+    schemes = jnp.concatenate([jnp.array(MENU), as_scheme(further)[None]])
+    found = jax.lax.map(tips, schemes)
+    last = len(MENU) - 1
+    apart = jnp.abs(found - found[last]) / base.rod.length
+    errors = jnp.max(apart, axis=tuple(range(1, apart.ndim)))
+    errors = errors.at[last].set(errors[last - 1] / 2.0 ** MENU[last].order)
+    return jnp.maximum(errors, _ROUNDOFF)
 
 
-def error_with(error: float, steps: int) -> float:
-    """`relative_tip_error` with other steps, extrapolated from that with the default number."""
-    return max(error * (_PROBE / steps) ** _ORDER, _ROUNDOFF)
-
-
-def steps_for(error: float, tolerance: float = TOLERANCE) -> int:
-    """Least number of steps of `MENU` that is accurate enough; the largest if none is.
+def least_scheme(
+    errors: Float[Array | np.ndarray, " schemes"], tolerance: float = TOLERANCE
+) -> Int[Array | np.ndarray, ""]:
+    """Number of the first scheme of `MENU` that is accurate enough; of the last one if none is.
 
     **Arguments:**
 
-    - `error`: `relative_tip_error` with the default number of steps.
+    - `errors`: see `tip_errors`.
     - `tolerance`: in lengths of the rods.
     """
-    return next((n for n in MENU if error_with(error, n) <= tolerance), MENU[-1])
+    xp = namespace(errors)
+    enough = xp.asarray(errors)[: len(MENU)] <= tolerance
+    return xp.where(xp.any(enough), xp.argmax(enough), len(MENU) - 1)

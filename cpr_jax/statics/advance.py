@@ -10,6 +10,7 @@ from jaxtyping import Array, Float, Int
 from ..programs import hot_program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
+from ..rods.solver import Steps
 from .correction import settle
 from .problem import Problem
 from .status import Status
@@ -44,7 +45,7 @@ def advance(
     axes: tuple[int, ...],
     guess: Float[Array | np.ndarray, "lanes n_y"],
     goal: Float[Array | np.ndarray, "lanes n_q"],
-    steps: int = DEFAULT_STEPS,
+    steps: Steps = DEFAULT_STEPS,
 ) -> Nearby:
     """Newton's method from predictions, undamped: it converges at once or the caller goes slower.
 

@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..rods.integration import Steps
+from ..rods.solver import Steps
 from .linear import Eliminated, eliminated, eliminated_but_one
 from .problem import Problem
 from .residual import Units, leg_rows, platform_load

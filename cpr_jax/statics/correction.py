@@ -12,7 +12,7 @@ from jaxtyping import Array, Bool, Float
 from ..lanes import over_lanes
 from ..queue import queued_loop
 from ..robots.robot import Robot
-from ..rods.integration import Steps
+from ..rods.solver import Steps, as_scheme
 from .arrow import Parts, System
 from .continuation import CLOSE, DEVIATION
 from .linear import solve_many_with_sign
@@ -90,7 +90,7 @@ def linearised(
     """`R(y, ρ)` at dimensionless unknowns, and `∂R/∂y`; neither is differentiated."""
     robot = problem.robot
     scaling = unknown_scales(robot), units_of(robot)
-    return _linearised(problem, scaling, y, jnp.asarray(steps))
+    return _linearised(problem, scaling, y, jnp.asarray(as_scheme(steps)))
 
 
 def values(
@@ -101,7 +101,7 @@ def values(
     Batches run with their lanes last in memory; derivatives are those of a single case.
     """
     scaling = unknown_scales(units), units_of(units)
-    return _values(problem, scaling, y, jnp.asarray(steps))
+    return _values(problem, scaling, y, jnp.asarray(as_scheme(steps)))
 
 
 def _slots(robot: Robot) -> int:
@@ -128,7 +128,7 @@ def _correct(problem: Problem, y, rights, steps: Steps, chords: int) -> _Correct
         return _Corrected(y - solved[:, 0], jnp.max(jnp.abs(values)), sign, solved[:, 1:])
     robot = problem.robot
     scaling = unknown_scales(robot), units_of(robot)
-    return _correction(chords)(problem, scaling, y, rights, jnp.asarray(steps))
+    return _correction(chords)(problem, scaling, y, rights, jnp.asarray(as_scheme(steps)))
 
 
 @functools.cache

@@ -8,8 +8,9 @@ from jaxtyping import Array, Float
 
 from ..robots.robot import Robot
 from ..rods.equations import RodState
-from ..rods.integration import Steps, rod_energy
+from ..rods.integration import rod_energy
 from ..rods.segments import segments_of
+from ..rods.solver import Steps
 from .residual import leg_base, load_arms
 from .unknowns import unravel
 

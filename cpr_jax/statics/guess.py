@@ -9,7 +9,8 @@ from jaxtyping import Array, Float
 
 from ..programs import program
 from ..robots.robot import Robot
-from ..rods.integration import DEFAULT_STEPS, Steps
+from ..rods.integration import DEFAULT_STEPS
+from ..rods.solver import Steps
 from .continuation import Corrected, Track, follow
 from .correction import settle
 from .energy import potential_energy

@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 
 from ..robots.robot import Robot
 from ..rods.equations import RodState, strain_energy_density, strains
-from ..rods.integration import Steps
+from ..rods.solver import Steps
 from .accuracy import errors_between
 from .energy import bows_of, integrated, total_energy
 from .residual import base_wrench, leg_base, residual

@@ -9,7 +9,8 @@ from jaxtyping import Array, Float
 
 from ..errors import InputError, shown
 from ..robots.robot import Robot
-from ..rods.integration import DEFAULT_STEPS, Steps
+from ..rods.integration import DEFAULT_STEPS
+from ..rods.solver import Steps
 from .residual import residual
 from .unknowns import unknown_labels, unknown_scales, unravel
 

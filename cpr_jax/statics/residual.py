@@ -11,9 +11,10 @@ from ..robots.joint import BaseJoint
 from ..robots.leg import Leg
 from ..robots.robot import PointLoads, Robot
 from ..rods.equations import RodState
-from ..rods.integration import DEFAULT_STEPS, Steps, rod_tip
+from ..rods.integration import DEFAULT_STEPS, rod_tip
 from ..rods.rod import Rod
 from ..rods.segments import loads_inward
+from ..rods.solver import Steps
 from .unknowns import State, scales
 
 

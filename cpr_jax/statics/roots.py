@@ -7,7 +7,8 @@ import jax.numpy as jnp
 import optimistix as optx
 from jaxtyping import Array, Float, Int
 
-from ..rods.integration import DEFAULT_STEPS, Steps
+from ..rods.integration import DEFAULT_STEPS
+from ..rods.solver import Steps
 from .correction import linearised
 from .newton import LaneAdjoint, LaneNewton
 from .problem import Problem, full_residual

@@ -120,10 +120,11 @@ def unknown_labels(robot: Robot) -> tuple[str, ...]:
     platform = [f"p_P_{axis}" for axis in geometry.axes]
     if robot.oriented:
         platform += [f"phi_P_{axis}" for axis in geometry.rotation_axes]
+    axes = _leg_axes(robot)
     wrenches = [
         f"{name}{i + 1}_{axis}"
-        for i in range(robot.n)
-        for name, axis in zip(_leg_names(robot, i), _leg_axes(robot), strict=True)
+        for i, names in enumerate(_leg_names(robot))
+        for name, axis in zip(names, axes, strict=True)
     ]
     return (*(f"q{i + 1}" for i in range(robot.n_a)), *platform, *wrenches)
 
@@ -136,15 +137,16 @@ def _leg_axes(robot: Robot) -> tuple[str, ...]:
     return (*"123"[: geometry.d], *"123"[3 - geometry.r :])
 
 
-def _leg_names(robot: Robot, leg: int) -> list[str]:
-    """Forces `n` and moments `m`; of passive joints also slides `s` and turns `eta`."""
+def _leg_names(robot: Robot) -> list[list[str]]:
+    """Of each leg: forces `n` and moments `m`; of passive joints also slides `s`, turns `eta`."""
     d, r = robot.geometry.d, robot.geometry.r
     wrenches, motions = ["n"] * d + ["m"] * r, ["s"] * d + ["eta"] * r
     free = base_freedoms(robot)
     if isinstance(free, jax.core.Tracer):
-        return wrenches
-    moves = np.asarray(free)[leg] > 0.5
-    return [motion if m else w for m, motion, w in zip(moves, motions, wrenches, strict=True)]
+        return [wrenches] * robot.n
+    pairs = list(zip(motions, wrenches, strict=True))
+    moves = (np.asarray(free) > 0.5).tolist()
+    return [[pair[not m] for pair, m in zip(pairs, leg, strict=True)] for leg in moves]
 
 
 def unknown_units(robot: Robot) -> tuple[str, ...]:
@@ -152,7 +154,7 @@ def unknown_units(robot: Robot) -> tuple[str, ...]:
     geometry = robot.geometry
     sliding = [bool(u) for u in _slides(robot)]
     pose = ["m"] * geometry.d + ["rad"] * geometry.r
-    wrenches = [_UNITS[name] for i in range(robot.n) for name in _leg_names(robot, i)]
+    wrenches = [_UNITS[name] for names in _leg_names(robot) for name in names]
     motors = ["m" if slides else "rad" for slides in sliding]
     return (*motors, *pose[: robot.n_p], *wrenches)
 

@@ -10,6 +10,7 @@ from ..analysis.parameters import Selection
 from ..analysis.singularity import compile_tracing
 from ..programs import started
 from ..robots.robot import Robot
+from ..rods.solver import Scheme
 from ..statics.advance import advance
 from ..statics.problem import imposed_rows
 from .cells import look_at_cells
@@ -25,7 +26,7 @@ def compile_ahead(
     axes: tuple[int, int],
     places: tuple[int, ...],
     steps: int,
-    coarse: int,
+    coarse: Scheme,
     chunk: int,
 ) -> "Ahead":
     """Starts to compile what a map needs, in threads, while its seed is still being solved.
@@ -44,7 +45,7 @@ def compile_ahead(
     lanes, goals, cells = (np.full(shape, np.nan) for shape in rows)
 
     def follow() -> None:
-        advance(robot, imposed, axes, lanes, goals, coarse)
+        advance(robot, imposed, axes, lanes, goals, np.asarray(coarse))
 
     def look() -> None:
         look_at_cells(robot, selection, delta, cells, places, steps)

@@ -4,6 +4,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..robots.robot import Robot
+from ..rods.solver import Steps
 from ..statics.advance import Nearby, advance
 from ..statics.continuation import DEVIATION
 from ..statics.status import Status
@@ -23,16 +24,18 @@ def advance_all(
     axes: tuple[int, ...],
     guess: Float[np.ndarray, "ways n_y"],
     goal: Float[np.ndarray, "ways n_q"],
-    steps: int,
+    steps: Steps,
 ) -> Nearby:
     """`advance` for any number of ways, in batches of one size, in numpy."""
 
     places = on_devices((robot, imposed))
+    # As an array: Python numbers would be compiled in.
+    scheme = np.asarray(steps)
 
     def batch(k: int) -> Nearby:
         lanes = [padded(part[k : k + LANES], LANES) for part in (guess, goal)]
         here, rows = places[k // LANES % len(places)]
-        found = advance(here, rows, axes, lanes[0], lanes[1], steps)
+        found = advance(here, rows, axes, lanes[0], lanes[1], scheme)
         return Nearby(*(np.asarray(leaf) for leaf in found))
 
     parts = in_parallel(batch, range(0, len(guess), LANES))
@@ -46,7 +49,7 @@ def creep(
     start: Float[np.ndarray, "ways n_y"],
     begin: Float[np.ndarray, "ways n_q"],
     goal: Float[np.ndarray, "ways n_q"],
-    steps: int,
+    steps: Steps,
 ) -> Nearby:
     """Follows the branch from `begin` to `goal` in steps as small as they need be.
 

@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float
 
 from ..errors import InputError
 from ..robots.robot import Robot
+from ..rods.solver import Steps
 from ..statics.advance import Nearby
 from ..statics.continuation import DEVIATION
 from ..statics.problem import imposed_rows
@@ -49,7 +50,7 @@ class Front:
         robot: Robot,
         grid: Grid,
         seed: Float[np.ndarray, " n_y"],
-        steps: int,
+        steps: Steps,
         imposed: tuple[int, ...],
         stride: int = 1,
     ):

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple, TypeVar
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 from scipy.special import betaincinv
@@ -15,12 +14,13 @@ from tqdm import tqdm
 
 from ..analysis.ellipsoid import Ellipsoid, ellipsoid
 from ..analysis.expansion import expand
-from ..analysis.parameters import ranges, select
+from ..analysis.parameters import select
 from ..analysis.sensitivity import Sensitivity, sensitivity
 from ..errors import InputError, check_integer, shown
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
-from ..statics.accuracy import TOLERANCE, error_with, steps_for
+from ..rods.solver import Scheme, checked_scheme
+from ..statics.accuracy import MENU, TOLERANCE, least_scheme
 from ..statics.equilibrium import Equilibrium
 from ..statics.status import Status
 from .draws import Distribution
@@ -48,8 +48,9 @@ class MonteCarlo(NamedTuple):
     - `coverage_interval`: its exact 95 % confidence interval (Clopper–Pearson).
     - `mean`, `covariance`: of the solved positions.
     - `followed`: samples whose branch was followed step by step to be sure of it.
-    - `steps`, `error`: integration steps along each rod, and the estimated error of its tip
-        that they leave where the parameters are at the ends of their ranges, in rod lengths.
+    - `scheme`, `error`: the integration steps along each rod and their order, and the estimated
+        error of its tip that they leave where the parameters are at the ends of their ranges, in
+        rod lengths.
     - `sensitivity`, `ellipsoid`: the linear theory they are compared with.
     """
 
@@ -66,7 +67,7 @@ class MonteCarlo(NamedTuple):
     mean: Float[np.ndarray, " d"]
     covariance: Float[np.ndarray, "d d"]
     followed: int
-    steps: int
+    scheme: Scheme
     error: float
     sensitivity: Sensitivity
     ellipsoid: Ellipsoid
@@ -84,7 +85,7 @@ def monte_carlo(
     prediction: Prediction | str = Prediction.SECOND_ORDER,
     keep: int = 100_000,
     tolerance: float = TOLERANCE,
-    steps: int | None = None,
+    steps: int | Scheme | None = None,
     folder: str | os.PathLike | None = None,
     resume: bool = False,
     progress: bool = False,
@@ -103,8 +104,9 @@ def monte_carlo(
     - `distribution`: `"gaussian"`, `"ellipsoid"` or `"box"`.
     - `prediction`: `"tangent"` or `"second-order"`.
     - `keep`: how many samples to keep; the counts are of all of them.
-    - `tolerance`: error of a rod's tip, in lengths of the rod, from which the number of
-        integration steps is chosen, unless `steps` gives it.
+    - `tolerance`: error of a rod's tip, in lengths of the rod, from which the integration steps
+        and their order are chosen, unless `steps` gives them: a `Scheme`, or a number of steps of
+        order 10.
     - `folder`: where finished windows are kept while the study runs; `resume`: go on with them.
     - `progress`: show a progress bar on standard error.
 
@@ -114,8 +116,7 @@ def monte_carlo(
     check_integer("samples", samples)
     check_integer("seed", seed, least=0)
     check_integer("keep", keep, least=0)
-    if steps is not None:
-        check_integer("steps", steps)
+    given = checked_scheme("steps", DEFAULT_STEPS if steps is None else steps)
     if not (isinstance(tolerance, float) and 0.0 < tolerance < 1.0):
         raise InputError(
             f"Argument `tolerance` must be a number between 0 and 1, but it is {shown(tolerance)}."
@@ -130,14 +131,15 @@ def monte_carlo(
             f"{Status(int(equilibrium.status)).name}."
         )
     selection = select(robot, parameters)
-    half_ranges = ranges(robot, selection, delta)
     nominal = sensitivity(robot, equilibrium, parameters, delta)
     ellipse = ellipsoid(nominal)
-    expansion = expand(robot, selection, nominal.y, nominal.Pi_y, half_ranges, DEFAULT_STEPS)
-    error = float(expansion.error)
+    expansion = expand(robot, selection, nominal.y, nominal.Pi_y, nominal.delta, np.asarray(given))
+    *errors, error = np.asarray(expansion.errors)
+    scheme = given
     if steps is None:
-        steps = steps_for(error, tolerance)
-    study = Study(robot, nominal.y, half_ranges, expansion, jnp.asarray(steps))
+        chosen = least_scheme(np.array(errors), tolerance)
+        scheme, error = MENU[chosen], errors[chosen]
+    study = Study(robot, nominal.y, nominal.delta, expansion, np.asarray(scheme))
     options = Options(selection, drawn, predicted)
 
     parts = _parts(folder, resume, study, options, seed, samples, keep)
@@ -182,8 +184,8 @@ def monte_carlo(
         mean=total.mean,
         covariance=total.covariance,
         followed=total.followed,
-        steps=steps,
-        error=error_with(error, steps),
+        scheme=scheme,
+        error=float(error),
         sensitivity=nominal,
         ellipsoid=ellipse,
     )
@@ -222,7 +224,7 @@ def _parts(folder, resume, study: Study, options: Options, seed, samples, keep) 
         "parameters": list(options.selection.labels),
         "distribution": options.distribution.value,
         "prediction": options.prediction.value,
-        "steps": int(study.steps),
+        "scheme": study.scheme.tolist(),
         "seed": seed,
         "samples": samples,
         "keep": keep,

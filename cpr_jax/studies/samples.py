@@ -61,7 +61,7 @@ class Study(eqx.Module):
     y: Float[Array, " n_y"]
     delta: Float[Array, " n_rho"]
     expansion: Expansion
-    steps: Int[Array, ""]
+    scheme: Int[Array | np.ndarray, "3"]
 
 
 class Options(NamedTuple):
@@ -187,7 +187,7 @@ def _follow_all(study: Study, options: Options, ellipse: Ellipsoid, targets, pat
 
 
 def _equations(study: Study, options: Options):
-    return held_equations(study.robot, options.selection, study.y, study.steps)
+    return held_equations(study.robot, options.selection, study.y, study.scheme)
 
 
 def _chord(study: Study, options: Options, equations, rho) -> ChordIteration:

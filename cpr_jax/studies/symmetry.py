@@ -4,6 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..robots.robot import Robot
+from ..rods.solver import Steps
 from ..statics.equilibrium import Equilibrium
 from ..statics.problem import inverse_rows
 from ..statics.status import Status
@@ -12,7 +13,7 @@ from .creeping import creep
 from .grid import Grid
 
 
-def is_mirror_symmetric(robot: Robot, seed: Equilibrium, grid: Grid, steps: int) -> bool:
+def is_mirror_symmetric(robot: Robot, seed: Equilibrium, grid: Grid, steps: Steps) -> bool:
     """Whether the branch of an equilibrium is the mirror image of itself about the axis y = 0.
 
     Judged by what the robot does rather than by how it is described: the branch is followed to

@@ -16,6 +16,7 @@ from ..analysis.parameters import Selection, ranges, select
 from ..errors import InputError, check_integer, shown
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
+from ..rods.solver import Scheme
 from ..statics.equilibrium import Equilibrium, solve_inverse
 from ..statics.problem import imposed_coordinates
 from ..statics.roots import TOLERANCE
@@ -165,9 +166,10 @@ def workspace_map(
     return dataset
 
 
-def coarse(steps: int) -> int:
-    """Steps that find the cells; each is polished with all steps when it is looked at."""
-    return max(2, (steps + 1) // 2)
+def coarse(steps: int) -> Scheme:
+    """What finds the cells, in a third of the work; each is polished with all steps when it is
+    looked at."""
+    return Scheme(max(2, round(0.3 * steps)), 8, 8)
 
 
 def _configuration(

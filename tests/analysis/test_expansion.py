@@ -20,7 +20,7 @@ def case(request):
     selection = select(robot)
     nominal = cpr.sensitivity(robot, cpr.solve_inverse(robot, point))
     delta = ranges(robot, selection, None)
-    return robot, selection, nominal, expand(robot, selection, nominal.y, nominal.Pi_y, delta, 10)
+    return robot, selection, nominal, expand(robot, selection, nominal.y, nominal.Pi_y, delta)
 
 
 def test_second_order_predicts_to_third(case):
@@ -87,6 +87,6 @@ def test_a_second_order_of_many_numbers_is_left_out():
     selection = select(robot)
     nominal = cpr.sensitivity(robot, cpr.solve_inverse(robot, robot.home.q_p))
     delta = ranges(robot, selection, None)
-    expansion = expand(robot, selection, nominal.y, nominal.Pi_y, delta, 2)
+    expansion = expand(robot, selection, nominal.y, nominal.Pi_y, delta)
     assert len(expansion.turn) == delta.size
     np.testing.assert_array_equal(expansion.turned(0.0 * delta), 0.0)

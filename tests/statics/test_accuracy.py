@@ -12,18 +12,19 @@ from cpr_jax.robots.leg import make_leg
 from cpr_jax.robots.robot import make_robot
 from cpr_jax.rods.integration import rod_tip
 from cpr_jax.rods.rod import kirchhoff_rod
-from cpr_jax.statics.accuracy import MENU, error_with, relative_tip_error, steps_for
+from cpr_jax.rods.solver import Scheme
+from cpr_jax.statics.accuracy import MENU, least_scheme, tip_errors
 from cpr_jax.statics.residual import leg_base
 from cpr_jax.statics.unknowns import unravel
 from tests.oracles.whole_robot import unbalanced
 
 
-def tips(robot, y, steps):
+def tips(robot, y, scheme):
     state = unravel(robot, y)
 
     def one(leg, q, mu):
         base = leg_base(robot.geometry, leg, q, mu)
-        tip = rod_tip(robot.geometry, base.rod, base.force, base.moment, steps)
+        tip = rod_tip(robot.geometry, base.rod, base.force, base.moment, scheme)
         return tip.position / base.rod.length
 
     return jax.vmap(one)(robot.legs, robot.transmission @ state.q_a, state.mu)
@@ -31,22 +32,32 @@ def tips(robot, y, steps):
 
 @pytest.mark.parametrize("point", [(0.0, 0.25), (0.06, 0.18), (0.11, 0.1), (0.05, 0.045)])
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-10])
-def test_chosen_steps_are_accurate_and_not_many_more(point, tolerance):
+def test_the_chosen_scheme_is_the_first_that_is_accurate(point, tolerance):
     robot = cpr.rfrfr()
     y = cpr.solve_inverse(robot, point).y
-    steps = steps_for(float(relative_tip_error(robot, y)), tolerance)
+    chosen = int(least_scheme(tip_errors(robot, y), tolerance))
     reference = tips(robot, y, 60)
-    # The estimate extrapolates: within a factor of ten of its word.
-    assert np.max(np.abs(tips(robot, y, steps) - reference)) < 10.0 * tolerance
-    fewer = MENU.index(steps) - 2
-    if fewer >= 0:
-        assert np.max(np.abs(tips(robot, y, MENU[fewer]) - reference)) > 0.05 * tolerance
+    errors = [np.max(np.abs(tips(robot, y, scheme) - reference)) for scheme in MENU[: chosen + 1]]
+    # Each was measured against another integration than this one.
+    assert errors[-1] < tolerance + 1e-12
+    assert all(error > tolerance - 1e-12 for error in errors[:-1])
+
+
+def test_errors_of_the_menu_and_of_a_further_scheme():
+    robot = column(8.0)
+    y = cpr.solve_forward(robot, [0.0]).y
+    errors = np.asarray(tip_errors(robot, y, 5))
+    reference = tips(robot, y, 100)
+    for scheme, error in zip((*MENU, Scheme(5)), errors, strict=True):
+        true = np.max(np.abs(tips(robot, y, scheme) - reference))
+        assert 0.5 * true - 1e-12 < error < 2.0 * true + 1e-12, scheme
+    assert np.all(np.diff([scheme.work for scheme in MENU]) > 0)
 
 
 def test_nothing_is_enough_for_the_impossible():
-    assert steps_for(1e-3, 1e-30) == MENU[-1]
-    assert error_with(1e-9, 10) == pytest.approx(1e-9 / 1024)
-    assert jnp.isfinite(error_with(0.0, 4))
+    errors = np.full(len(MENU), 1e-3)
+    assert int(least_scheme(errors, 1e-30)) == len(MENU) - 1
+    assert int(least_scheme(errors, 1e-2)) == 0
 
 
 def column(force):

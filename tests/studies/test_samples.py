@@ -10,6 +10,7 @@ import cpr_jax as cpr
 from benchmarks.timing import CompileClock
 from cpr_jax.analysis.expansion import expand, held_equations
 from cpr_jax.analysis.parameters import ranges, select
+from cpr_jax.rods.solver import Scheme
 from cpr_jax.statics.continuation import follow, newton_corrector
 from cpr_jax.statics.unknowns import unknown_scales
 from cpr_jax.studies import samples as module
@@ -28,8 +29,8 @@ def prepared(robot, point, prediction=module.Prediction.SECOND_ORDER):
     nominal = cpr.sensitivity(robot, cpr.solve_inverse(robot, point))
     selection = select(robot)
     delta = ranges(robot, selection, None)
-    expansion = expand(robot, selection, nominal.y, nominal.Pi_y, delta, STEPS)
-    study = module.Study(robot, nominal.y, delta, expansion, jnp.asarray(STEPS))
+    expansion = expand(robot, selection, nominal.y, nominal.Pi_y, delta)
+    study = module.Study(robot, nominal.y, delta, expansion, np.asarray(Scheme(STEPS)))
     options = module.Options(selection, Distribution.GAUSSIAN, prediction)
     return study, options, cpr.ellipsoid(nominal)
 
@@ -38,7 +39,7 @@ def prepared(robot, point, prediction=module.Prediction.SECOND_ORDER):
 def followed(study, selection, rho):
     """Every sample followed from the nominal parameters, which decides what its branch is."""
     robot, expansion = study.robot, study.expansion
-    correct = newton_corrector(held_equations(robot, selection, study.y, study.steps))
+    correct = newton_corrector(held_equations(robot, selection, study.y, study.scheme))
 
     def one(rho):
         way = jnp.stack([expansion.rho, rho])
@@ -66,7 +67,7 @@ def test_samples_are_where_following_leads(robot, point, doubtful):
 def test_other_accuracies_are_the_same_program(robot):
     study, options, ellipse = prepared(robot, POINTS["C"])
     window = module.solve_window(study, options, ellipse, seed=0, first=0, count=100)
-    finer = eqx.tree_at(lambda study: study.steps, study, jnp.asarray(3 * STEPS))
+    finer = eqx.tree_at(lambda study: study.scheme, study, np.asarray(Scheme(3 * STEPS)))
     with CompileClock() as clock:
         other = module.solve_window(finer, options, ellipse, seed=0, first=0, count=100)
     assert clock.seconds == 0.0
