@@ -11,7 +11,7 @@ from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..rods.solver import Steps
 from ..statics.accuracy import MENU, least_scheme, tip_errors
-from ..statics.correction import values
+from ..statics.correction import linearised, values
 from ..statics.linear import inverse
 from ..statics.problem import Problem, forward_rows
 from ..statics.unknowns import unknown_scales
@@ -65,21 +65,30 @@ class Expansion(eqx.Module):
         return jnp.all(1.0 + diagonal > reach)
 
 
-def held_equations(robot: Robot, selection: Selection, y: Float[Array, " n_y"], steps: Steps):
+class HeldEquations:
     """`R₀(y, ρ)` with the motors held where `y` (SI units) has them.
 
-    **Returns:** a function of the unknowns `(q_p, μ)` and of the parameters; unknowns and rows are
-    in units of the nominal robot's.
+    A function of the unknowns `(q_p, μ)` and of the parameters; unknowns and rows are in units of
+    the nominal robot's.
     """
-    rows, target = forward_rows(robot), y[: robot.n_a + robot.n_p]
-    motors = y[: robot.n_a] / unknown_scales(robot)[: robot.n_a]
 
-    def equations(scaled, rho):
-        problem = Problem(selection.set(robot, rho), rows, target)
-        R = values(problem, jnp.concatenate([motors, scaled]), steps, robot)
+    def __init__(self, robot: Robot, selection: Selection, y: Float[Array, " n_y"], steps: Steps):
+        self._robot, self._selection, self._steps = robot, selection, steps
+        self._rows, self._target = forward_rows(robot), y[: robot.n_a + robot.n_p]
+        self._motors = y[: robot.n_a] / unknown_scales(robot)[: robot.n_a]
+
+    def _posed(self, scaled, rho) -> tuple[Problem, Float[Array, " n_y"]]:
+        problem = Problem(self._selection.set(self._robot, rho), self._rows, self._target)
+        return problem, jnp.concatenate([self._motors, scaled])
+
+    def __call__(self, scaled, rho) -> Float[Array, " n_r"]:
+        R = values(*self._posed(scaled, rho), self._steps, self._robot)
         return R[: scaled.size]
 
-    return equations
+    def linearised(self, scaled, rho) -> tuple[Float[Array, " n_r"], Float[Array, "n_r n_r"]]:
+        """R₀ and its derivative in the unknowns; neither is differentiated."""
+        R, by_y = linearised(*self._posed(scaled, rho), self._steps, self._robot)
+        return R[: scaled.size], by_y[: scaled.size, self._robot.n_a :]
 
 
 @program
@@ -121,7 +130,7 @@ def expand(
     reached = jnp.concatenate([jnp.zeros((1, n_rho)), largest, -largest])
     errors = jnp.max(jax.vmap(tips)(reached), axis=0)
     scheme = jnp.array(MENU)[least_scheme(errors, _ROUGH)]
-    equations = held_equations(robot, selection, y, scheme)
+    equations = HeldEquations(robot, selection, y, scheme)
     linearise = jax.jacfwd(equations, argnums=(0, 1))
 
     def look(second, _):

@@ -3,22 +3,16 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from ..queue import SLOTS, queued_loop
-from .linear import solve_with_sign
 from .status import Status
 
 DEVIATION = 0.03
 """Largest distance of a solution from its prediction, in dimensionless unknowns."""
 
-CLOSE = 1e-9
-"""Residual below which a last step of Newton's method, which squares the error, is added."""
-
 _MIN_STEP = 1e-5
-_CORRECTIONS = 6
 
 
 class Track(NamedTuple):
@@ -55,9 +49,12 @@ class Jet(NamedTuple):
 
 
 class _Walk(NamedTuple):
+    """A point on a branch, derivatives of y along the path there, and what is to come."""
+
     y: Float[Array, " n"]
     slope: Float[Array, " n"]
     curve: Float[Array, " n"]
+    bend: Float[Array, " n"]
     position: Float[Array, ""]
     step: Float[Array, ""]
     sign: Float[Array, ""]
@@ -82,43 +79,10 @@ class Corrected(NamedTuple):
 
 
 Corrector = Callable[
-    [Float[Array, " n"], Float[Array, " k"], Float[Array, " k"]],
+    [Float[Array, " n"], Float[Array, " n"], Float[Array, " k"], Float[Array, " k"]],
     Corrected,
 ]
-"""From a prediction of y, at h, with the direction in which h goes on."""
-
-
-def newton_corrector(
-    equations: Callable[[Float[Array, " n"], Float[Array, " k"]], Float[Array, " n"]],
-) -> Corrector:
-    """Newton's method for `equations(y, h) = 0`, dimensionless and square in `y`.
-
-    Away from its prediction a correction counts as failed, wherever it may lead.
-    """
-
-    def correct(predicted, h, dh):
-        def evaluate(y):
-            f = equations(y, h)
-            return f, f
-
-        def unfinished(carry):
-            y, norm, _, _, k = carry
-            near = jnp.max(jnp.abs(y - predicted)) < DEVIATION
-            return (k < _CORRECTIONS) & (norm > CLOSE) & near
-
-        def newton(carry):
-            y, *_, k = carry
-            jacobian, f = jax.jacfwd(evaluate, has_aux=True)(y)
-            change, sign = solve_with_sign(jacobian, -f)
-            return y + change, jnp.max(jnp.abs(f)), sign, jacobian, k + 1
-
-        one = jnp.ones((), predicted.dtype)
-        first = (predicted, jnp.inf * one, one, jnp.eye(predicted.size), jnp.array(0))
-        y, norm, sign, jacobian, _ = jax.lax.while_loop(unfinished, newton, first)
-        _, shift = jax.jvp(lambda h: equations(y, h), (h,), (dh,))
-        return Corrected(y, norm <= CLOSE, sign, solve_with_sign(jacobian, -shift)[0])
-
-    return correct
+"""From predictions of y and of its slope, at h, with the direction in which h goes on."""
 
 
 def follow(
@@ -133,14 +97,15 @@ def follow(
 ) -> Track:
     """Follows a root of `R(y, h) = 0` while `h` runs along a polygon.
 
-    Tangent prediction, Newton correction, adaptive steps. A step counts only if the correction
+    Prediction along the cubic through the last two points and their slopes, correction, adaptive
+    steps. A step counts only if the correction
     converges, stays close to the prediction and keeps the sign of `det ∂R/∂y`, so that neither
     a fold is crossed nor another branch taken. Where steps become tiny the branch has ended:
     the status is `LOST`, and `y` the last point on it.
 
     **Arguments:**
 
-    - `correct`: such as a `newton_corrector`.
+    - `correct`: such as a `chord_corrector`.
     - `start`: a root at `path[0]`.
     - `path`: corners of the polygon, at least two.
     - `first_step`, `min_step`: length of the first and of the shortest step, in segments.
@@ -166,14 +131,24 @@ def follow(
         end = jnp.where(lands, segment + 1.0, walk.position + walk.step)
         end = jnp.where(first, 0.0, end)
         taken = end - walk.position
-        predicted = walk.y + taken * (walk.slope + 0.5 * taken * walk.curve)
+        predicted = walk.y + taken * (
+            walk.slope + taken * (walk.curve / 2.0 + taken * walk.bend / 6.0)
+        )
+        slope = walk.slope + taken * (walk.curve + taken * walk.bend / 2.0)
         # The slope is for the segment that begins where this step ends.
         ahead = jnp.minimum(jnp.floor(end).astype(int), segments - 1)
-        found = correct(predicted, value_on(end, segment), path[ahead + 1] - path[ahead])
+        found = correct(predicted, slope, value_on(end, segment), path[ahead + 1] - path[ahead])
         deviation = jnp.max(jnp.abs(found.y - predicted))
         expected = jnp.where(first, found.sign, walk.sign)
         good = found.converged & (deviation < DEVIATION) & (found.sign == expected)
-        growth = 0.7 * jnp.sqrt(DEVIATION / jnp.maximum(deviation, 1e-12))
+        # What a cubic deviates by grows with the fourth power of the step.
+        growth = 0.7 * (DEVIATION / jnp.maximum(deviation, 1e-12)) ** 0.25
+        # Beyond a corner the path has another direction, and y other derivatives along it.
+        straight = (taken > 0.0) & (ahead == segment)
+        curve, bend = (
+            jnp.where(straight, part, 0.0)
+            for part in _hermite(found.y - walk.y, walk.slope, found.slope, taken)
+        )
         grown = jnp.where(first, first_step, jnp.clip(growth, 0.3, 3.0) * taken)
         # A short step onto a corner says nothing about the steps after it.
         grown = jnp.where(lands & (growth > 1.0), jnp.maximum(grown, walk.step), grown)
@@ -181,7 +156,8 @@ def follow(
         return _Walk(
             y=jnp.where(good, found.y, walk.y),
             slope=jnp.where(good, found.slope, walk.slope),
-            curve=jnp.where(good, 0.0, walk.curve),
+            curve=jnp.where(good, curve, walk.curve),
+            bend=jnp.where(good, bend, walk.bend),
             position=jnp.where(good, end, walk.position),
             step=jnp.where(good, jnp.minimum(grown, 1.0), shrunk),
             sign=expected,
@@ -193,6 +169,7 @@ def follow(
         y=start,
         slope=still if jet is None else jet.slope,
         curve=still if jet is None else jet.curve,
+        bend=still,
         position=zero,
         step=zero + first_step,
         sign=zero if jet is None else jet.sign,
@@ -212,3 +189,10 @@ def follow(
         ),
     )
     return Track(walk.y, walk.position, status, walk.sign, walk.steps)
+
+
+def _hermite(change, before, after, length):
+    """Second and third derivative, at its end, of a cubic with these slopes at both ends."""
+    curve = (2.0 * before + 4.0 * after - 6.0 * change / length) / length
+    bend = (6.0 * (before + after) - 12.0 * change / length) / length**2
+    return curve, bend

@@ -14,13 +14,16 @@ from ..queue import queued_loop
 from ..robots.robot import Robot
 from ..rods.solver import Steps, as_scheme
 from .arrow import Parts, System
-from .continuation import CLOSE, DEVIATION
+from .continuation import DEVIATION
 from .linear import solve_many_with_sign
 from .problem import Problem
 from .residual import units_of
 from .unknowns import unknown_scales
 
 _ITERATIONS = 6
+
+_CLOSE = 1e-9
+"""Residual below which a last step of Newton's method, which squares the error, is added."""
 
 _SLACK = 1e-3
 """How far from a solution its slopes and its sign may be taken, in dimensionless unknowns."""
@@ -68,7 +71,7 @@ def settle(
     def unfinished(state):
         now, moved, count = state
         near = jnp.max(jnp.abs(now.y - guess)) < DEVIATION
-        return (count < _ITERATIONS) & ((now.residual > CLOSE) | (moved > _SLACK)) & near
+        return (count < _ITERATIONS) & ((now.residual > _CLOSE) | (moved > _SLACK)) & near
 
     def newton(state):
         before, _, count = state
@@ -80,16 +83,16 @@ def settle(
     begin = first, jnp.inf * one, jnp.array(0)
     now, _, _ = queued_loop(unfinished, newton, begin, slots=_slots(problem.robot))
     # Below the tolerance, the last change of y has squared the error once more.
-    converged = (now.residual <= CLOSE) & jnp.all(jnp.isfinite(now.y))
+    converged = (now.residual <= _CLOSE) & jnp.all(jnp.isfinite(now.y))
     return Settled(now.y, converged, jnp.max(jnp.abs(now.y - guess)), now.sign, now.slope)
 
 
 def linearised(
-    problem: Problem, y: Float[Array, " n_y"], steps: Steps
+    problem: Problem, y: Float[Array, " n_y"], steps: Steps, units: Robot | None = None
 ) -> tuple[Float[Array, " n_y"], Float[Array, "n_y n_y"]]:
-    """`R(y, ρ)` at dimensionless unknowns, and `∂R/∂y`; neither is differentiated."""
-    robot = problem.robot
-    scaling = unknown_scales(robot), units_of(robot)
+    """As `values`, by default in units of the robot's own, and `∂R/∂y`; not differentiated."""
+    units = problem.robot if units is None else units
+    scaling = unknown_scales(units), units_of(units)
     return _linearised(problem, scaling, y, jnp.asarray(as_scheme(steps)))
 
 
@@ -141,12 +144,12 @@ def _correction(chords: int):
 
         def unfinished(state):
             count, _, left = state
-            return (count < chords) & jnp.any(left > CLOSE)
+            return (count < chords) & jnp.any(left > _CLOSE)
 
         def chord(state):
             count, now, left = state
             values = system.values(now)
-            going = left > CLOSE
+            going = left > _CLOSE
             now = _changed(now, inverse.of(values), going)
             return count + 1, now, jnp.where(going, values.largest(), left)
 

@@ -56,7 +56,7 @@ def follow_path(
     corners = jnp.concatenate([corners[:1], corners])
     open_ = jnp.zeros((corners.shape[0], 1)).at[0].set(1.0)
 
-    def correct(predicted, h, dh):
+    def correct(predicted, _, h, dh):
         problem = Problem(robot, imposed, h[1:], h[0] * gap)
         # Minus the derivative of R along the path.
         shift = jnp.concatenate([dh[0] * gap, imposed @ (dh[1:] / units[:n_q])])

@@ -10,12 +10,13 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from ..analysis.ellipsoid import Ellipsoid
-from ..analysis.expansion import Expansion, held_equations
+from ..analysis.expansion import Expansion, HeldEquations
 from ..analysis.parameters import Selection
 from ..programs import program
 from ..queue import queued_loop
 from ..robots.robot import Robot
-from ..statics.continuation import Jet, follow, newton_corrector
+from ..statics.chord import chord_corrector
+from ..statics.continuation import Jet, follow
 from ..statics.linear import solve_with_sign
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
@@ -151,7 +152,7 @@ def _solve_chunk(study: Study, options: Options, ellipse: Ellipsoid, seed, start
             return _chord(study, options, equations, rho)
 
         found = queued_loop(
-            lambda now: again().unfinished(now), lambda now: again().advance(now), found, slots=_FEW
+            lambda now: now.unfinished, lambda now: again().advance(now), found, slots=_FEW
         )
         regular = study.expansion.is_regular(chord.turn)
         return *_end(study, ellipse, found.y), chord.is_sure(found), regular
@@ -174,7 +175,7 @@ def _keeps_sign(expansion: Expansion, rho):
 def _follow_all(study: Study, options: Options, ellipse: Ellipsoid, targets, patience):
     """Platforms, whether they are inside, and status, followed from the nominal parameters."""
     equations, nominal = _equations(study, options), study.expansion
-    correct = newton_corrector(equations)
+    correct = chord_corrector(equations, equations.linearised)
     _, sign = solve_with_sign(nominal.inverse, nominal.y)
 
     def one(rho, steps):
@@ -187,7 +188,7 @@ def _follow_all(study: Study, options: Options, ellipse: Ellipsoid, targets, pat
 
 
 def _equations(study: Study, options: Options):
-    return held_equations(study.robot, options.selection, study.y, study.scheme)
+    return HeldEquations(study.robot, options.selection, study.y, study.scheme)
 
 
 def _chord(study: Study, options: Options, equations, rho) -> ChordIteration:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cpr_jax as cpr
-from cpr_jax.analysis.expansion import expand, held_equations
+from cpr_jax.analysis.expansion import HeldEquations, expand
 from cpr_jax.analysis.parameters import ranges, select
 from cpr_jax.statics.unknowns import unknown_scales
 
@@ -43,7 +43,7 @@ def test_second_order_predicts_to_third(case):
 def test_inverse_follows_the_branch(case):
     """`A (1 + T) Aᵀ M` is the inverse Jacobian at a varied equilibrium, to third order."""
     robot, selection, nominal, expansion = case
-    equations = held_equations(robot, selection, nominal.y, 10)
+    equations = HeldEquations(robot, selection, nominal.y, 10)
     axes = expansion.axes
     np.testing.assert_allclose(axes @ axes.T, np.eye(expansion.y.size), atol=1e-12)
     signs = np.where(np.arange(nominal.delta.size) % 3, 0.7, -1.0)

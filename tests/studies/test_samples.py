@@ -8,10 +8,11 @@ import pytest
 
 import cpr_jax as cpr
 from benchmarks.timing import CompileClock
-from cpr_jax.analysis.expansion import expand, held_equations
+from cpr_jax.analysis.expansion import HeldEquations, expand
 from cpr_jax.analysis.parameters import ranges, select
 from cpr_jax.rods.solver import Scheme
-from cpr_jax.statics.continuation import follow, newton_corrector
+from cpr_jax.statics.continuation import DEVIATION, Corrected, follow
+from cpr_jax.statics.linear import solve_with_sign
 from cpr_jax.statics.unknowns import unknown_scales
 from cpr_jax.studies import samples as module
 from cpr_jax.studies.draws import Distribution
@@ -35,15 +36,39 @@ def prepared(robot, point, prediction=module.Prediction.SECOND_ORDER):
     return study, options, cpr.ellipsoid(nominal)
 
 
+def newton_corrector(equations):
+    """Newton's method with the exact Jacobian at each of its turns, and the exact slope."""
+
+    def correct(predicted, _, h, dh):
+        def unfinished(state):
+            y, norm, _, _, count = state
+            near = jnp.max(jnp.abs(y - predicted)) < DEVIATION
+            return (count < 8) & (norm > 1e-9) & near
+
+        def newton(state):
+            y, *_, count = state
+            f, jacobian = equations(y, h), jax.jacfwd(equations)(y, h)
+            change, sign = solve_with_sign(jacobian, -f)
+            return y + change, jnp.max(jnp.abs(f)), sign, jacobian, count + 1
+
+        one = jnp.ones(())
+        first = predicted, jnp.inf * one, one, jnp.eye(predicted.size), jnp.array(0)
+        y, norm, sign, jacobian, _ = jax.lax.while_loop(unfinished, newton, first)
+        _, shift = jax.jvp(lambda h: equations(y, h), (h,), (dh,))
+        return Corrected(y, norm <= 1e-9, sign, solve_with_sign(jacobian, -shift)[0])
+
+    return correct
+
+
 @eqx.filter_jit
 def followed(study, selection, rho):
     """Every sample followed from the nominal parameters, which decides what its branch is."""
     robot, expansion = study.robot, study.expansion
-    correct = newton_corrector(held_equations(robot, selection, study.y, study.scheme))
+    correct = newton_corrector(HeldEquations(robot, selection, study.y, study.scheme))
 
     def one(rho):
         way = jnp.stack([expansion.rho, rho])
-        track = follow(correct, expansion.y, way, first_step=1.0)
+        track = follow(correct, expansion.y, way, first_step=0.1)
         return (track.y * unknown_scales(robot)[robot.n_a :])[: robot.n_p], track.status
 
     return jax.vmap(one)(rho)
