@@ -71,8 +71,16 @@ def use_cache(folder: str | os.PathLike | None = None) -> pathlib.Path:
 
 
 class _Loaded(NamedTuple):
+    """A compiled program, and what it returns: arrays in the places of `_Slot`s."""
+
     call: Callable[..., Any]
-    outline: Any
+    leaves: list[Any]
+    structure: Any
+
+    def __call__(self, arrays):
+        found = self.call(*arrays)
+        filled = [found[x.number] if isinstance(x, _Slot) else x for x in self.leaves]
+        return jax.tree.unflatten(self.structure, filled)
 
 
 class _Slot(NamedTuple):
@@ -103,19 +111,24 @@ class _Program:
 
     def __call__(self, *args, **kwargs):
         leaves, structure = jax.tree.flatten((args, kwargs))
-        arrays = [leaf for leaf in leaves if eqx.is_array(leaf)]
+        arrays, rest = [], []
+        for leaf in leaves:
+            if eqx.is_array(leaf):
+                arrays.append(leaf)
+                rest.append(_type_of(leaf))
+            else:
+                rest.append((type(leaf), leaf))
         if _is_within(arrays):
             return self._inner(*args, **kwargs)
         make_room(_forget)
         devices = _devices(arrays)
         if _folder is None or devices is None:
             return self._alone(*args, **kwargs)
-        rest = tuple(_type_of(x) if eqx.is_array(x) else (type(x), x) for x in leaves)
-        key = (structure, rest, devices, bool(jax.config.read("jax_enable_x64")), _folder)
+        key = (structure, *rest, devices, bool(jax.config.read("jax_enable_x64")), _folder)
         loaded = self._load(key, args, kwargs)
         if loaded is None:
             return self._alone(*args, **kwargs)
-        return _filled(loaded.outline, loaded.call(*arrays))
+        return loaded(arrays)
 
     @property
     def _options(self) -> dict[str, Any]:
@@ -165,7 +178,8 @@ class _Program:
         call = jax.jit(export.deserialize(bytearray(exported)).call)
         arrays, _ = _outlined((args, kwargs))
         # Compiled here: a jitted call would compile once more for arrays that come from another.
-        return _Loaded(call.lower(*arrays).compile(self._options), outline)
+        leaves, structure = jax.tree.flatten(outline, is_leaf=lambda x: isinstance(x, _Slot))
+        return _Loaded(call.lower(*arrays).compile(self._options), leaves, structure)
 
     def _make(self, args, kwargs) -> tuple[bytes, Any] | None:
         """The program and the outline of what it returns, or `None` if it cannot be kept."""
@@ -256,11 +270,9 @@ def _is_option(name: str, value: Any) -> bool:
 
 
 def _devices(arrays) -> frozenset | None:
-    """Where arrays lie; `None` if they have no values yet or lie on several devices."""
-    if any(isinstance(array, jax.core.Tracer) for array in arrays):
-        return None
-    found = [array.sharding.device_set for array in arrays if isinstance(array, jax.Array)]
-    devices = frozenset().union(*found)
+    """Where arrays lie; `None` if they lie on several devices."""
+    found = {array.sharding for array in arrays if isinstance(array, jax.Array)}
+    devices = frozenset().union(*(sharding.device_set for sharding in found))
     return devices if len(devices) < 2 else None
 
 
@@ -273,13 +285,6 @@ def _outlined(tree) -> tuple[list[jax.Array], Any]:
     numbers = iter(range(len(arrays)))
     outline = jax.tree.map(lambda x: _Slot(next(numbers)) if eqx.is_array(x) else x, tree)
     return arrays, outline
-
-
-def _filled(outline, arrays):
-    def fill(leaf):
-        return arrays[leaf.number] if isinstance(leaf, _Slot) else leaf
-
-    return jax.tree.map(fill, outline, is_leaf=lambda leaf: isinstance(leaf, _Slot))
 
 
 @functools.cache

@@ -132,8 +132,8 @@ def monte_carlo(
         )
     selection = select(robot, parameters)
     nominal = sensitivity(robot, equilibrium, parameters, delta)
-    ellipse = ellipsoid(nominal)
     expansion = expand(robot, selection, nominal.y, nominal.Pi_y, nominal.delta, np.asarray(given))
+    ellipse = ellipsoid(nominal)
     *errors, error = np.asarray(expansion.errors)
     scheme = given
     if steps is None:

@@ -1,6 +1,8 @@
 """Independent batches on all cores and devices."""
 
+import functools
 import os
+from collections import deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
@@ -27,11 +29,40 @@ def on_devices(tree: _In) -> list[_In]:
 def in_parallel(function: Callable[[_In], _Out], items: Iterable[_In]) -> list[_Out]:
     """`function` of each item, in order; several at a time, each by itself deterministic."""
     work = list(items)
+    waiting = deque(range(len(work)))
+    found: dict[int, _Out] = {}
+
+    def work_off() -> None:
+        while waiting:
+            try:
+                k = waiting.popleft()
+            except IndexError:  # another thread was quicker
+                break
+            try:
+                found[k] = function(work[k])
+            except BaseException:
+                waiting.clear()
+                raise
+
+    # The caller is one of the workers: it waits for none that has not begun.
     workers = max(WORKERS, jax.local_device_count())
-    if len(work) < 2:
-        return [function(item) for item in work]
-    with ThreadPoolExecutor(workers) as pool:
-        return list(pool.map(function, work))
+    helpers = [_pool(workers).submit(work_off) for _ in range(min(workers, len(work)) - 1)]
+    work_off()
+    for helper in helpers:
+        if not helper.cancel():
+            helper.result()
+    return [found[k] for k in range(len(work))]
+
+
+@functools.cache
+def _pool(workers: int) -> ThreadPoolExecutor:
+    """Threads that stay: to start them takes as long as a small batch."""
+    return ThreadPoolExecutor(workers, thread_name_prefix="cpr_jax")
+
+
+if hasattr(os, "register_at_fork"):
+    # A forked process has the pool, but none of its threads.
+    os.register_at_fork(after_in_child=_pool.cache_clear)
 
 
 def padded(rows: np.ndarray, size: int) -> np.ndarray:
