@@ -73,6 +73,7 @@ class Front:
         self.tried = np.zeros(shape, np.uint16)
         self.stalled = np.zeros(shape, bool)
         self.stage = 0
+        self.fresh: np.ndarray | None = None
         self.sign = 0.0
         self.seed = self._plant(seed)
 
@@ -116,15 +117,17 @@ class Front:
         - `report`: called with the number of cells solved so far.
         - `keep`: called between two batches, when `state` may be saved.
         """
+        self.fresh = None
         while True:
             stride = self.coarsest >> self.stage
             if not self._pass(stride):
                 if stride > finest:
                     self.tried[...] = 0
+                    self.fresh = None
                     self.stage += 1
                 elif not self._creep(stride):
                     return
-            report(int(np.sum(self.solved)))
+            report(int(np.count_nonzero(self.solved)))
             keep()
 
     def lattice(self, stride: int) -> Bool[np.ndarray, "n_0 n_1"]:
@@ -136,13 +139,23 @@ class Front:
     def _unsolved(self, stride: int) -> np.ndarray:
         return np.argwhere(self.lattice(stride) & self.wanted & ~self.solved)
 
+    def _beside_fresh(self, stride: int) -> np.ndarray:
+        """As `_unsolved`, but only beside cells that the last pass has solved: no others have new
+        neighbours, and a pass costs as much as it tries, however large the grid is."""
+        assert self.fresh is not None
+        beside = (self.fresh[:, None] + stride * _OFFSETS).reshape(-1, 2)
+        places = np.unique(np.ravel_multi_index(tuple(beside.T), self.solved.shape))
+        open_ = self.wanted.ravel()[places] & ~self.solved.ravel()[places]
+        return np.stack(np.unravel_index(places[open_], self.solved.shape), axis=1)
+
     def _pass(self, stride: int) -> bool:
         """Tries all cells that have new solved neighbours; says whether there were any."""
-        at = self._unsolved(stride)
+        at = self._unsolved(stride) if self.fresh is None else self._beside_fresh(stride)
         beside = at[:, None] + stride * _OFFSETS
         have = self.solved[beside[..., 0], beside[..., 1]]
         bits = np.sum(have << np.arange(8), axis=1).astype(np.uint16)
         new = (bits & ~self.tried[at[:, 0], at[:, 1]]) != 0
+        self.fresh = at[:0]
         if not np.any(new):
             return False
         at, beside, have = at[new], beside[new], have[new]
@@ -222,6 +235,7 @@ class Front:
         cells = tuple(at[good].T)
         self.y[cells], self.slope[cells] = found.y[good], found.slope[good]
         self.solved[cells] = True
+        self.fresh = at[good]
 
     def seam(self, stride: int = 1) -> Bool[np.ndarray, "n_0 n_1"]:
         """Cells beside a neighbour that the branch does not lead to directly.

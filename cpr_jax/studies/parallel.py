@@ -4,7 +4,7 @@ import functools
 import os
 from collections import deque
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from typing import TypeVar
 
 import jax
@@ -47,10 +47,13 @@ def in_parallel(function: Callable[[_In], _Out], items: Iterable[_In]) -> list[_
     # The caller is one of the workers: it waits for none that has not begun.
     workers = max(WORKERS, jax.local_device_count())
     helpers = [_pool(workers).submit(work_off) for _ in range(min(workers, len(work)) - 1)]
-    work_off()
-    for helper in helpers:
-        if not helper.cancel():
-            helper.result()
+    try:
+        work_off()
+    finally:
+        begun = [helper for helper in helpers if not helper.cancel()]
+        wait(begun)
+    for helper in begun:
+        helper.result()
     return [found[k] for k in range(len(work))]
 
 

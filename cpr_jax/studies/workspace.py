@@ -4,12 +4,12 @@ import dataclasses
 import json
 import pathlib
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 from tqdm import tqdm
 
 from ..analysis.parameters import Selection, ranges, select
@@ -234,13 +234,12 @@ def _map(job: _Job, bar: tqdm) -> xr.Dataset:
         _followed(front, parts, bar, level, stride)
         new = front.solved & ~seen
         ahead.wait("look")
-        if np.any(new):
-            values = front.y[new] * units
-            cells = _looked_at(job, values, bar, level)
+        cells, beside = _cells_and_seam(job, front, new, bar, level)
+        seam |= beside
+        if cells is not None:
             looked.append((np.flatnonzero(new[front.inner]), cells))
             seen |= new
             size[new] = cells.semi_axes[:, 0]
-        seam |= front.seam(stride)
         if stride > 1:
             front.wanted = refined(front, size, stride)
     order = np.argsort(np.concatenate([places for places, _ in looked]))
@@ -271,6 +270,24 @@ def _map(job: _Job, bar: tqdm) -> xr.Dataset:
     bar.update(bar.total - bar.n)
     found = Found(status, solved, seam, cells, stands_for, levels)
     return map_dataset(robot, grid, imposed, selection, np.asarray(delta), found, lines)
+
+
+def _cells_and_seam(
+    job: _Job, front: Front, new: Bool[np.ndarray, "n_0 n_1"], bar: tqdm, level: int
+) -> tuple[Cell | None, Bool[np.ndarray, "n_0 n_1"]]:
+    """The numbers of the cells that are new, if any, and the seam among all that are solved."""
+
+    def look() -> Cell | None:
+        y = front.y[new] * np.asarray(unknown_scales(job.robot))
+        return _looked_at(job, y, bar, level) if len(y) else None
+
+    def join() -> Bool[np.ndarray, "n_0 n_1"]:
+        return front.seam(2 ** (job.refine - level))
+
+    # Side by side: the seam by itself leaves cores idle.
+    works: list[Callable[[], Any]] = [look, join]
+    cells, seam = in_parallel(lambda work: work(), works)
+    return cells, seam
 
 
 def _followed(front: Front, parts: Parts, bar: tqdm, level: int, stride: int) -> None:
