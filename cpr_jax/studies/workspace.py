@@ -3,16 +3,14 @@
 import dataclasses
 import json
 import pathlib
-import time
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
-from jaxtyping import Array, Bool, Float
 from tqdm import tqdm
 
-from ..analysis.parameters import Selection, ranges, select
+from ..analysis.parameters import ranges, select
 from ..errors import InputError, check_integer, shown
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
@@ -22,31 +20,25 @@ from ..statics.problem import imposed_coordinates
 from ..statics.roots import TOLERANCE
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
-from .ahead import Ahead, compile_ahead
-from .cells import Cell, look_at_cells
+from .ahead import compile_ahead
+from .cells import Cell
 from .front import Front
-from .grid import Grid, make_grid, out_of_reach
+from .grid import make_grid, out_of_reach
 from .limits import Limits
 from .map_dataset import Found, map_dataset
-from .parallel import in_parallel, on_devices, padded
 from .parts import Parts, digest
 from .refinement import refined, representatives
 from .results import save_dataset
 from .sheet import singular_lines
+from .stages import Job, cells_and_seam, follow
 from .symmetry import is_mirror_symmetric
 from .versions import versions
 
 _CHUNK = 1024
 """Cells looked at in one call, on small grids an eighth of them; finished ones are kept."""
 
-_POLISHED = 3
-"""How often a cell is polished beyond the first time."""
-
 _FINEST = 6
 """How often a spacing may be halved."""
-
-_SAVE_EVERY = 2.0
-"""Seconds between two states of the front that are kept."""
 
 
 def workspace_map(
@@ -142,7 +134,7 @@ def workspace_map(
             if finished is not None:
                 return finished
         parts = Parts(None if folder is None else folder / "parts", configuration, resume)
-        job = _Job(
+        job = Job(
             robot,
             seed,
             grid,
@@ -204,37 +196,20 @@ def _finished(path: pathlib.Path, configuration: dict) -> xr.Dataset | None:
         return dataset.load()
 
 
-class _Job(NamedTuple):
-    """What a map is made of."""
-
-    robot: Robot
-    seed: Equilibrium
-    grid: Grid
-    imposed: tuple[int, ...]
-    selection: Selection
-    delta: Float[Array, " n_rho"]
-    limits: Limits | None
-    steps: int
-    refine: int
-    parts: Parts
-    ahead: Ahead
-    chunk: int
-
-
-def _map(job: _Job, bar: tqdm) -> xr.Dataset:
-    robot, seed, grid, imposed, selection, delta, limits, steps, refine, parts, ahead, _ = job
+def _map(job: Job, bar: tqdm) -> xr.Dataset:
+    robot, seed, grid, imposed, selection, delta, limits, steps, refine, _, ahead, _ = job
     units = np.asarray(unknown_scales(robot))
     front = Front(robot, grid, np.asarray(seed.y) / units, coarse(steps), imposed, 2**refine)
     wanted, looked, seen = {}, [], np.zeros_like(front.solved)
     seam = np.zeros(grid.shape, bool)
     size = np.full(front.solved.shape, np.nan)
     for level in range(refine + 1):
-        stride = 2 ** (refine - level)
+        stride = job.stride(level)
         wanted[stride] = front.wanted
-        _followed(front, parts, bar, level, stride)
+        follow(job, front, bar, level)
         new = front.solved & ~seen
         ahead.wait("look")
-        cells, beside = _cells_and_seam(job, front, new, bar, level)
+        cells, beside = cells_and_seam(job, front, new, bar, level)
         seam |= beside
         if cells is not None:
             looked.append((np.flatnonzero(new[front.inner]), cells))
@@ -270,83 +245,3 @@ def _map(job: _Job, bar: tqdm) -> xr.Dataset:
     bar.update(bar.total - bar.n)
     found = Found(status, solved, seam, cells, stands_for, levels)
     return map_dataset(robot, grid, imposed, selection, np.asarray(delta), found, lines)
-
-
-def _cells_and_seam(
-    job: _Job, front: Front, new: Bool[np.ndarray, "n_0 n_1"], bar: tqdm, level: int
-) -> tuple[Cell | None, Bool[np.ndarray, "n_0 n_1"]]:
-    """The numbers of the cells that are new, if any, and the seam among all that are solved."""
-
-    def look() -> Cell | None:
-        y = front.y[new] * np.asarray(unknown_scales(job.robot))
-        return _looked_at(job, y, bar, level) if len(y) else None
-
-    def join() -> Bool[np.ndarray, "n_0 n_1"]:
-        return front.seam(2 ** (job.refine - level))
-
-    # Side by side: the seam by itself leaves cores idle.
-    works: list[Callable[[], Any]] = [look, join]
-    cells, seam = in_parallel(lambda work: work(), works)
-    return cells, seam
-
-
-def _followed(front: Front, parts: Parts, bar: tqdm, level: int, stride: int) -> None:
-    """Spreads the front on the lattice of a stride, or takes up what is known of it."""
-    name = f"front-{level}"
-    known = parts.load(name)
-    if known is not None:
-        front.restore(known)
-    saved = time.monotonic()
-
-    def report(solved: int) -> None:
-        # Half of the work is to find the cells, half to look at them.
-        bar.update(solved // 2 - bar.n)
-
-    def keep() -> None:
-        nonlocal saved
-        if time.monotonic() - saved > _SAVE_EVERY:
-            parts.save(name, front.state())
-            saved = time.monotonic()
-
-    front.spread(report, keep, stride)
-    parts.save(name, front.state())
-
-
-def _looked_at(job: _Job, y, bar: tqdm, level: int) -> Cell:
-    """The numbers of all cells, chunk by chunk; those beside a fold are polished further."""
-    robot, parts = job.robot, job.parts
-
-    places = on_devices((robot, job.delta))
-
-    def look(name: str, y, turn: int) -> Cell:
-        known = parts.load(name)
-        if known is not None:
-            return Cell(**known)
-        here, half_ranges = places[turn % len(places)]
-        looked = look_at_cells(
-            here, job.selection, half_ranges, padded(y, job.chunk), job.imposed, job.steps
-        )
-        chunk = Cell(*(np.array(leaf)[: len(y)] for leaf in looked))
-        parts.save(name, chunk._asdict())
-        return chunk
-
-    def look_at_all(name: str, y) -> Cell:
-        def one(k: int) -> Cell:
-            chunk = look(f"{name}-{k // job.chunk:05}", y[k : k + job.chunk], k // job.chunk)
-            bar.update(len(chunk.residual) // 2 if name.startswith("cells") else 0)
-            return chunk
-
-        chunks = in_parallel(one, range(0, len(y), job.chunk))
-        return Cell(*(np.concatenate(leaves) for leaves in zip(*chunks, strict=True)))
-
-    cells = look_at_all(f"cells-{level}", y)
-    for round_ in range(_POLISHED):
-        rough = np.flatnonzero(~(cells.residual < TOLERANCE))
-        if len(rough) == 0:
-            break
-        mu = cells.mu[rough].reshape(len(rough), -1)
-        better = np.concatenate([cells.q_a[rough], cells.q_p[rough], mu], axis=1)
-        polished = look_at_all(f"polished-{level}-{round_}", better)
-        for leaf, part in zip(cells, polished, strict=True):
-            leaf[rough] = part
-    return cells

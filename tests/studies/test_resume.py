@@ -15,7 +15,7 @@ import xarray as xr
 
 from cpr_jax.errors import InputError
 from cpr_jax.robots.catalogue import rfrfr
-from cpr_jax.studies import workspace
+from cpr_jax.studies import stages, workspace
 from cpr_jax.studies.workspace import workspace_map
 
 # A state after every batch: moments of every kind to be killed at.
@@ -24,10 +24,10 @@ import os, sys
 import jax
 jax.config.update("jax_enable_x64", True)
 import cpr_jax
-import cpr_jax.studies.workspace as workspace
+from cpr_jax.studies import stages, workspace
 cpr_jax.use_cache(sys.argv[2])
 from cpr_jax.robots.catalogue import rfrfr
-workspace._SAVE_EVERY = 0.0
+stages._SAVE_EVERY = 0.0
 workspace.workspace_map(rfrfr(), spacing=0.005, out=sys.argv[1], resume=True)
 """
 
@@ -84,7 +84,7 @@ def test_a_refined_map_goes_on_where_it_was(tmp_path, monkeypatch):
     monkeypatch.setattr(workspace, "_CHUNK", 64)
     whole = workspace_map(rfrfr(), **case)
     assert set(np.unique(whole["level"])) == {0, 1, 2}
-    look, calls = workspace.look_at_cells, []
+    look, calls = stages.look_at_cells, []
 
     def interrupted(*arguments):
         calls.append(arguments)
@@ -92,7 +92,7 @@ def test_a_refined_map_goes_on_where_it_was(tmp_path, monkeypatch):
             raise KeyboardInterrupt
         return look(*arguments)
 
-    monkeypatch.setattr(workspace, "look_at_cells", interrupted)
+    monkeypatch.setattr(stages, "look_at_cells", interrupted)
     interruptions = 0
     while True:
         try:

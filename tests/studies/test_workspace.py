@@ -195,9 +195,10 @@ def test_mistakes_are_named(robot, options, field):
 
 def test_what_polishing_does_not_mend_is_no_solution(robot, monkeypatch):
     """With a tolerance that nothing meets, no cell is called solved and none has numbers."""
-    import cpr_jax.studies.workspace as workspace
+    from cpr_jax.studies import stages, workspace
 
     monkeypatch.setattr(workspace, "TOLERANCE", 0.0)
+    monkeypatch.setattr(stages, "TOLERANCE", 0.0)
     dataset = workspace_map(robot, spacing=0.02, box=((0.0, 0.18), (0.06, 0.24)))
     assert np.all(dataset["status"].values == Status.NOT_CONVERGED)
     assert np.all(np.isnan(dataset["semi_axis_max"].values))
