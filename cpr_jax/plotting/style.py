@@ -57,5 +57,7 @@ def save_figure(
         # The temporary file's name does not tell the format.
         save = functools.partial(figure.savefig, format=path.suffix.removeprefix("."))
         write_atomically(path, save)
+        # All files show one layout: it takes a quarter of the time of a file.
+        figure.set_layout_engine("none")
     plt.close(figure)
     return paths
