@@ -43,6 +43,7 @@ class Front:
     - `y`: dimensionless unknowns; `slope`: their derivatives along the axes.
     - `solved`: which cells are; `wanted`: which are to be.
     - `sign`: of `det ∂R/∂y` on the branch.
+    - `fresh`: places that the last pass has solved; `None` where all of a lattice is to be tried.
     """
 
     def __init__(
