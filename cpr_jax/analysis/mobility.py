@@ -57,7 +57,7 @@ def _mobility(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Mobility:
     matrix = jax.jacfwd(rows)(y / units)
     inverted = inverse(matrix[:, n_a:])[:n_p] * units[n_a : n_a + n_p, None]
     # From a rotation vector to small rotations about the world axes.
-    turns = jnp.eye(n_p).at[d:, d:].set(turn_jacobian(robot, y[n_a + d : n_a + n_p]))
+    turns = jnp.eye(n_p).at[d:, d:].set(turn_jacobian(robot, y[n_a : n_a + n_p]))
     jacobian = -turns @ inverted @ matrix[:, :n_a] / units[:n_a]
     # The balance of the platform is `load - Σ wrenches`, in units of wrenches.
     compliance = -turns @ inverted[:, :n_p] / scales(robot).wrench(robot)[:n_p]

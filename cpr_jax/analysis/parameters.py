@@ -92,21 +92,16 @@ class Selection:
         return robot
 
 
-_LENGTH = "legs.rod.length"
+_LENGTH, _COMPLIANCE = "legs.rod.length", "legs.rod.curvature_compliance"
 
 # Name: (path, index behind the leg's, reciprocal, unit). `i` is a leg, `axis` a world axis.
 _LEG = {
-    "k_b": ("legs.rod.curvature_compliance", (-1,), True, "N m^2"),
+    "k_b": (_COMPLIANCE, (-1,), True, "N m^2"),
     "r_c": ("legs.rod.precurvature", (-1,), True, "m"),
     "kappa": ("legs.rod.precurvature", (-1,), False, "1/m"),
     "l": (_LENGTH, (), False, "m"),
     "a": ("legs.a", (0,), False, "m"),
     "b": ("legs.b", (0,), False, "m"),
-}
-_SPATIAL_LEG = {
-    "k_t": ("legs.rod.curvature_compliance", (0,), True, "N m^2"),
-    "k_2": ("legs.rod.curvature_compliance", (1,), True, "N m^2"),
-    "k_3": ("legs.rod.curvature_compliance", (2,), True, "N m^2"),
 }
 _AXIS = {
     "base": ("legs.base_position", "m"),
@@ -186,7 +181,8 @@ def _entry(robot: Robot, label: str) -> Entry:
 
 def _named(robot: Robot, label: str) -> Entry | None:
     axes = robot.geometry.axes
-    of_legs = _LEG | (_SPATIAL_LEG if robot.geometry.r == 3 else {})
+    about = enumerate(robot.geometry.stiffnesses)
+    of_legs = _LEG | {name: (_COMPLIANCE, (k,), True, "N m^2") for k, name in about}
     if (match := _LEG_LABEL.fullmatch(label)) and match[1] in of_legs:
         path, rest, reciprocal, unit = of_legs[match[1]]
         kind = SegmentLength if path == _LENGTH and match[3] else Entry

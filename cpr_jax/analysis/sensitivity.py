@@ -155,20 +155,19 @@ def sensitivity(
     )
 
 
-def turn_jacobian(robot: Robot, phi: Float[Array, " k"]) -> Float[Array, "k k"]:
-    """Small rotations about the world axes per change of a rotation vector, `(r, r)`.
+def turn_jacobian(robot: Robot, q_p: Float[Array, " n_p"]) -> Float[Array, "k k"]:
+    """Small rotations about the world axes per change of the platform's rotation vector, `(r, r)`.
 
     For a point, which has neither, `(0, 0)`.
     """
-    if not robot.oriented:
-        return jnp.zeros((0, 0))
     geometry = robot.geometry
-    back = geometry.inverse(geometry.exp(phi))
+    back = geometry.inverse(robot.orientation(q_p))
 
-    def turn(vector):
-        return jnp.stack(geometry.log(geometry.compose(geometry.exp(vector), back)))
+    def turn(changed):
+        turned = geometry.compose(robot.orientation(changed), back)
+        return jnp.stack(geometry.log(turned))[: robot.n_p - geometry.d]
 
-    return jax.jacfwd(turn)(phi)
+    return jax.jacfwd(turn)(q_p)[:, geometry.d :]
 
 
 @program
@@ -177,7 +176,7 @@ def _linearise(robot, y, selection: Selection, steps: int):
     units = unknown_scales(robot)
     rho = selection.get(robot)
     n_a, n_p, d = robot.n_a, robot.n_p, robot.geometry.d
-    turned = turn_jacobian(robot, y[n_a + d : n_a + n_p])
+    turned = turn_jacobian(robot, y[n_a : n_a + n_p])
 
     def equations(scaled, rho):
         varied = selection.set(robot, rho)

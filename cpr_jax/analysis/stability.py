@@ -83,9 +83,11 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[S
     state = unravel(robot, y)
     units = scales(robot)
     pose, wrench = units.pose(robot), units.wrench(robot)
-    orientation: Components = geometry.identity
-    if robot.oriented:
-        orientation = geometry.exp(state.q_p[d:])
+    orientation, n_p = robot.orientation(state.q_p), robot.n_p
+
+    def levers(arm, force):
+        turned = geometry.lever(arm, force) / (units.force * units.length)
+        return jnp.zeros((pose.size, pose.size)).at[d:, d:].set(turned)[:n_p, :n_p]
 
     def one(leg: Leg, q, mu):
         pieces, nodes, tip = _pieces(geometry, leg, q, mu, steps)
@@ -111,45 +113,37 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[S
         added = _SOFTENING * K
         K = (K + (K + K @ added) @ added) * wrench[:, None] / pose
         b = jnp.stack(geometry.rotate(tip.rotation, leg.b))
-        A = jnp.eye(mu.size).at[:d, d:].set(-_spin(geometry, b))
-        K = (A.T @ K @ A).at[d:, d:].add(_lever(geometry, b, tip.force))
+        A = eye.at[:d, d:].set(-geometry.spin(b))
+        K = (A.T @ K @ A).at[d:, d:].add(geometry.lever(b, tip.force))
 
         # From the platform to where the joint is, which differs from its attachment by a slide.
         arm = tip.position + b - state.q_p[:d]
-        follows = jnp.eye(mu.size, robot.n_p)
-        if robot.oriented:
-            follows = follows.at[:d, d:].set(_spin(geometry, arm))
+        follows = eye.at[:d, d:].set(geometry.spin(arm))[:, :n_p]
         frame = geometry.compose(orientation, geometry.exp(leg.attachment_rotation))
         released = leg.joint.free[d:]
         Q = _axes(geometry, released, frame, tip.rotation)
         moment = tip.moment - jnp.stack(geometry.cross(b, tip.force))
         # In the joint's axes and free of units; what is locked gets a stiffness of one.
         K_joint = (Q.T @ K @ Q) / wrench[:, None] * pose
-        moves = Q.T @ follows / pose[:, None] * pose[: robot.n_p]
+        moves = Q.T @ follows / pose[:, None] * pose[:n_p]
         free = leg.joint.free
         bent = _bent(geometry, released, Q, moment) / (units.force * units.length)
         K_inner = K_joint.at[d:, d:].add(bent)
         inner = free[:, None] * K_inner * free + jnp.diag(1.0 - free)
-        cross = K_joint @ moves
-        if robot.oriented:
-            cross = cross.at[:, d:].add(_carried(geometry, Q, tip.force, moment) / wrench[:, None])
-        cross = free[:, None] * cross
+        work = _carried(geometry, Q, tip.force, moment)[:, :n_p] / wrench[:, None]
+        cross = free[:, None] * (K_joint @ moves + work)
         seen = moves.T @ K_joint @ moves - cross.T @ inverse_with_sign(inner)[0] @ cross
-        if robot.oriented:
-            turned = _lever(geometry, arm, tip.force) / (units.force * units.length)
-            seen = seen.at[d:, d:].add(-turned)
+        seen = seen - levers(arm, tip.force)
         return clamped + negative_eigenvalues(inner), seen, nodes
 
     legs, stiffnesses, nodes = jax.vmap(one)(robot.legs, robot.transmission @ state.q_a, state.mu)
     stiffness = jnp.sum(stiffnesses, axis=0)
     if robot.loads is not None:
         arms = load_arms(robot, robot.loads, state.q_p)
-        levers = jax.vmap(lambda arm, force: _lever(geometry, arm, force))(arms, robot.loads.force)
-        turned = jnp.sum(levers, axis=0) / (units.force * units.length)
-        stiffness = stiffness.at[d:, d:].add(turned)
+        stiffness = stiffness + jnp.sum(jax.vmap(levers)(arms, robot.loads.force), axis=0)
     index = jnp.sum(legs) + negative_eigenvalues(0.5 * (stiffness + stiffness.T))
     known = jnp.all(jnp.isfinite(stiffness))
-    si = stiffness * wrench[: robot.n_p, None] / pose[: robot.n_p]
+    si = stiffness * wrench[:n_p, None] / pose[:n_p]
     counted = Stability(jnp.where(known, index, -1), jnp.where(known, legs, -1), si)
     return counted, nodes
 
@@ -169,7 +163,7 @@ def _pieces(geometry: AbstractGeometry, leg: Leg, q, mu, steps: int):
     def move(change, start: RodState, segment: Rod):
         turn, n, m = jnp.split(change, [r, r + d])
         rotation = geometry.compose(geometry.exp(turn), start.rotation)
-        moment = start.moment + m + 0.5 * _turned(geometry, turn, start.moment)
+        moment = start.moment + m + 0.5 * geometry.bracket(turn, start.moment)
         load, couple = segment.force, segment.moment
         rod = Rod(
             length=segment.length / steps,
@@ -193,7 +187,7 @@ def _pieces(geometry: AbstractGeometry, leg: Leg, q, mu, steps: int):
         turn = jnp.stack(
             geometry.log(geometry.compose(last.rotation, geometry.inverse(end.rotation)))
         )
-        moment = last.moment - 0.5 * _turned(geometry, turn, end.moment)
+        moment = last.moment - 0.5 * geometry.bracket(turn, end.moment)
         return jnp.concatenate([last.position, turn, last.force, moment]), end
 
     whole = dataclasses.replace(leg.rod, length=base.rod.length)
@@ -237,7 +231,7 @@ def _released_base(geometry: AbstractGeometry, leg: Leg, q, mu, units, carried):
             geometry.log(geometry.compose(base.rotation, geometry.inverse(here.rotation)))
         )
         force, moment = jnp.split(base_wrench(geometry, base), [d])
-        moment = moment - 0.5 * _turned(geometry, turn, here_moment)
+        moment = moment - 0.5 * geometry.bracket(turn, here_moment)
         return jnp.concatenate([base.position, turn, force, moment])
 
     here_force, here_moment = jnp.split(base_wrench(geometry, here), [d])
@@ -251,7 +245,7 @@ def _released_base(geometry: AbstractGeometry, leg: Leg, q, mu, units, carried):
     arm = here.position - here.joint
     moment = here_moment + jnp.stack(geometry.cross(arm, here_force))
     scale = units[f] * units[0]
-    K = carried + _lever(geometry, arm, here_force) / scale
+    K = carried + geometry.lever(arm, here_force) / scale
     axes = Q[d:, d:]
     K = axes.T @ K @ axes - _bent(geometry, released, Q, moment) / scale
     inner = released[:, None] * K * released + jnp.diag(1.0 - released)
@@ -264,7 +258,7 @@ def _bent(geometry: AbstractGeometry, released, axes, moment) -> Float[Array, "r
     Turns α about `a`, then β about `b`, make `α a + β b + ½ α β a × b` of a rotation vector.
     """
     d = geometry.d
-    turned = jax.vmap(lambda axis: _turned(geometry, axis, moment))(axes[d:, d:].T)
+    turned = jax.vmap(lambda axis: geometry.bracket(axis, moment))(axes[d:, d:].T)
     product = -0.5 * (turned @ axes[d:, d:]) * released[:, None] * geometry.later(released)
     return product + product.T
 
@@ -311,34 +305,12 @@ def _free_end_index(geometry: AbstractGeometry, pieces):
     return jnp.sum(counts), carried
 
 
-def _turned(geometry: AbstractGeometry, turn, moment):
-    """Change of a moment whose axes turn: `φ × m` in space, none in the plane."""
-    if geometry.r == 1:
-        return jnp.zeros_like(moment)
-    return jnp.cross(turn, moment)
-
-
-def _spin(geometry: AbstractGeometry, arm) -> Float[Array, "d r"]:
-    """Motion `φ × arm` of the end of an arm for a unit turn about each axis."""
-    unit = jnp.eye(geometry.d)
-    return jax.vmap(lambda force: jnp.stack(geometry.cross(arm, force)))(unit)
-
-
-def _lever(geometry: AbstractGeometry, arm, force) -> Float[Array, "r r"]:
-    """Second derivative in a turn of `-force · R arm`, symmetrised."""
-    along = jnp.dot(arm, force) * jnp.eye(geometry.r)
-    if geometry.r == 1:
-        return along
-    product = jnp.outer(arm, force)
-    return along - 0.5 * (product + product.T)
-
-
-def _carried(geometry: AbstractGeometry, axes, force, moment) -> Float[Array, "freedoms r"]:
-    """Work of a wrench on the motions of a joint along its axes, per turn that carries them."""
+def _carried(geometry: AbstractGeometry, axes, force, moment) -> Float[Array, "freedoms freedoms"]:
+    """Work of a wrench on the motions of a joint along its axes, per motion that carries them."""
     d = geometry.d
     slides = jax.vmap(lambda axis: jnp.stack(geometry.cross(axis, force)))(axes[:d, :d].T)
-    turns = jax.vmap(lambda axis: 0.5 * _turned(geometry, axis, moment))(axes[d:, d:].T)
-    return jnp.concatenate([slides, turns])
+    turns = jax.vmap(lambda axis: 0.5 * geometry.bracket(axis, moment))(axes[d:, d:].T)
+    return jnp.zeros_like(axes).at[:, d:].set(jnp.concatenate([slides, turns]))
 
 
 def _axes(

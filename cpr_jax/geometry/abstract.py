@@ -42,6 +42,8 @@ class AbstractGeometry(abc.ABC):
     """Names of the world axes, in the order of the components of a vector."""
     rotation_axes: ClassVar[tuple[str, ...]]
     """Names of the world axes that a rotation or a moment can have."""
+    stiffnesses: ClassVar[tuple[str, ...]]
+    """Names of a rod's stiffnesses against the curvature about each local axis."""
 
     @property
     def d(self) -> int:
@@ -181,3 +183,30 @@ class AbstractGeometry(abc.ABC):
     @abc.abstractmethod
     def cross(self, arm: Components, force: Components) -> Components:
         """The moment `arm × force`."""
+
+    @abc.abstractmethod
+    def bracket(self, turn: Float[Array, " r"], moment: Float[Array, " r"]) -> Float[Array, " r"]:
+        """Change of a moment that a small turn carries along: `φ × m`."""
+
+    @abc.abstractmethod
+    def magnitude(self, moment: Float[Array, " r"]) -> Float[Array, ""]:
+        """Size of a moment or of an area; about the only axis of the plane with its sign."""
+
+    @abc.abstractmethod
+    def potential(self, moment: Float[Array, " r"], turn: Float[Array, " r"]) -> Float[Array, ""]:
+        """Energy of a dead moment at a rotation vector, zero where it has no potential, J."""
+
+    def spin(self, arm: Float[Array, " d"]) -> Float[Array, "d r"]:
+        """Motion `φ × arm` of the end of an arm for a unit turn about each axis."""
+        return jax.vmap(lambda force: jnp.stack(self.cross(arm, force)))(jnp.eye(self.d))
+
+    def lever(self, arm: Float[Array, " d"], force: Float[Array, " d"]) -> Float[Array, "r r"]:
+        """Second derivative in a turn of the energy `-force · R arm` of a dead force."""
+        moments = jax.vmap(lambda moved: jnp.stack(self.cross(moved, force)))(self.spin(arm).T)
+        return -0.5 * (moments + moments.T)
+
+    def mirror(self, axis: str) -> tuple[Float[np.ndarray, " d"], Float[np.ndarray, " r"]]:
+        """Signs that a reflection along a world axis gives to vectors, and to moments and turns."""
+        vectors = [-1.0 if name == axis else 1.0 for name in self.axes]
+        turns = [1.0 if name == axis else -1.0 for name in self.rotation_axes]
+        return np.array(vectors), np.array(turns)

@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .abstract import AbstractGeometry, Components
+from .abstract import AbstractGeometry, Components, namespace
 
 
 class Plane(AbstractGeometry):
@@ -12,6 +12,7 @@ class Plane(AbstractGeometry):
     name = "plane"
     axes = ("y", "z")
     rotation_axes = ("x",)
+    stiffnesses = ("k_b",)
 
     @property
     def identity(self) -> tuple[float, ...]:
@@ -56,7 +57,8 @@ class Plane(AbstractGeometry):
 
     def exp(self, vector: Components) -> Components:
         (angle,) = vector
-        return jnp.cos(angle), jnp.sin(angle)
+        xp = namespace(angle)
+        return xp.cos(angle), xp.sin(angle)
 
     def log(self, rotation: Components) -> Components:
         c, s = rotation
@@ -94,6 +96,15 @@ class Plane(AbstractGeometry):
 
     def cross(self, arm: Components, force: Components) -> Components:
         return (arm[0] * force[1] - arm[1] * force[0],)
+
+    def bracket(self, turn: Float[Array, "1"], moment: Float[Array, "1"]) -> Float[Array, "1"]:
+        return jnp.zeros_like(moment)
+
+    def magnitude(self, moment: Float[Array, "1"]) -> Float[Array, ""]:
+        return moment[0]
+
+    def potential(self, moment: Float[Array, "1"], turn: Float[Array, "1"]) -> Float[Array, ""]:
+        return -moment[0] * turn[0]
 
 
 PLANE = Plane()

@@ -1,9 +1,11 @@
 """Space: world axes x, y, z; the restriction to the yz-plane is `Plane`."""
 
+from typing import Any
+
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from .abstract import AbstractGeometry, Components
+from .abstract import AbstractGeometry, Components, namespace
 
 # Below this squared angle the series of sin and cos are exact to rounding.
 _SMALL = 1e-4
@@ -15,6 +17,7 @@ class Space(AbstractGeometry):
     name = "space"
     axes = ("x", "y", "z")
     rotation_axes = ("x", "y", "z")
+    stiffnesses = ("k_t", "k_2", "k_3")
 
     @property
     def identity(self) -> tuple[float, ...]:
@@ -68,12 +71,13 @@ class Space(AbstractGeometry):
         return tuple(c / norm for c in rotation)
 
     def exp(self, vector: Components) -> Components:
+        xp = namespace(*vector)
         squared = _squared(vector)
         small = squared < _SMALL
-        half = 0.5 * jnp.sqrt(jnp.where(small, 1.0, squared))
-        w = jnp.where(small, 1.0 - squared / 8.0 + squared**2 / 384.0, jnp.cos(half))
-        factor = jnp.where(
-            small, 0.5 - squared / 48.0 + squared**2 / 3840.0, jnp.sin(half) / (2.0 * half)
+        half = 0.5 * xp.sqrt(xp.where(small, 1.0, squared))
+        w = xp.where(small, 1.0 - squared / 8.0 + squared**2 / 384.0, xp.cos(half))
+        factor = xp.where(
+            small, 0.5 - squared / 48.0 + squared**2 / 3840.0, xp.sin(half) / (2.0 * half)
         )
         return w, *(factor * c for c in vector)
 
@@ -139,15 +143,28 @@ class Space(AbstractGeometry):
         a, b, c = force
         return y * c - z * b, z * a - x * c, x * b - y * a
 
+    def bracket(self, turn: Float[Array, "3"], moment: Float[Array, "3"]) -> Float[Array, "3"]:
+        return jnp.cross(turn, moment)
+
+    def magnitude(self, moment: Float[Array, "3"]) -> Float[Array, ""]:
+        # Where it vanishes, its derivative is taken as zero.
+        squared = _squared(moment)
+        some = squared > 0.0
+        return jnp.where(some, jnp.sqrt(jnp.where(some, squared, 1.0)), 0.0)
+
+    def potential(self, moment: Float[Array, "3"], turn: Float[Array, "3"]) -> Float[Array, ""]:
+        # A dead moment does other work on other ways to the same rotation.
+        return jnp.zeros(())
+
 
 def _universal(free: Float[Array, "3"]) -> Bool[Array, "3"]:
     """Whether a rotation is the locked one of a universal joint."""
     return (free < 0.5) & (jnp.sum(free, axis=0) == 2.0)
 
 
-def _squared(vector: Components) -> Float[Array, ""]:
+def _squared(vector: Components) -> Any:
     x, y, z = vector
-    return jnp.asarray(x * x + y * y + z * z)
+    return x * x + y * y + z * z
 
 
 SPACE = Space()

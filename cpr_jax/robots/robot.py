@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Sequence
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -10,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import InputError
-from ..geometry import SPACE, AbstractGeometry, Numbers, namespace
+from ..geometry import SPACE, AbstractGeometry, Components, Numbers, namespace
 from ..rods.rod import Rod, Segments
 from ..rods.segments import alike
 from .joint import BaseJoint, Joint
@@ -94,6 +95,19 @@ class Robot(eqx.Module):
     def n_y(self) -> int:
         """Number of unknowns in `y = (q_a, q_p, μ)`."""
         return self.n_a + self.n_p + self.n * self.geometry.freedoms
+
+    def turn(self, q_p: Any) -> Any:
+        """Rotation vector of the platform at `(n_p, *lanes)` coordinates, rad, `(r, *lanes)`.
+
+        Zero for a point, which has none.
+        """
+        if self.oriented:
+            return q_p[self.geometry.d :]
+        return np.zeros((self.geometry.r, *q_p.shape[1:]))
+
+    def orientation(self, q_p: Any) -> Components:
+        """Rotation of the platform; a point keeps the world axes."""
+        return self.geometry.exp(self.turn(q_p))
 
     def leg(self, i: int) -> Leg:
         """Leg `i`, counted from 0."""

@@ -78,24 +78,20 @@ def total_energy(robot: Robot, y: Float[Array, " n_y"], rods: Rods) -> Float[Arr
     if robot.loads is not None:
         points = q_p[: geometry.d] + load_arms(robot, robot.loads, q_p)
         energy -= jnp.sum(robot.loads.force * points)
-    if robot.oriented and geometry.r == 1:
-        energy -= robot.m_P @ q_p[geometry.d :]
-    return energy
+    return energy + geometry.potential(robot.m_P, robot.turn(q_p))
 
 
 def bows_of(robot: Robot, y: Float[Array, " n_y"], rods: Rods) -> Float[Array, " n"]:
     """`Measures.bows`."""
     geometry = robot.geometry
     q_p = unravel(robot, y).q_p
+    orientation = robot.orientation(q_p)
 
     def one(leg, rod: Rods):
-        arm = leg.attachment_position
-        if robot.oriented:
-            arm = jnp.stack(geometry.rotate(geometry.exp(q_p[geometry.d :]), arm))
+        arm = jnp.stack(geometry.rotate(orientation, leg.attachment_position))
         line = q_p[: geometry.d] + arm - rod.bases
         area = jnp.stack(geometry.cross(line, rod.positions / rod.lengths - rod.bases))
-        size = area[0] if geometry.r == 1 else _length(area)
-        return size / (_length(line) * rod.lengths)
+        return geometry.magnitude(area) / (_length(line) * rod.lengths)
 
     return jax.vmap(one)(robot.legs, rods)
 

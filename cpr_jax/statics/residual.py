@@ -155,11 +155,9 @@ def closing_rows(robot: Robot, units: Units, leg: Leg, base: LegBase, tip: RodSt
     end = tip.position + b
     moment = tip.moment - jnp.stack(geometry.cross(b, tip.force))
 
-    arm, rotation = leg.attachment_position, geometry.exp(leg.attachment_rotation)
-    if robot.oriented:
-        orientation = geometry.exp(q_p[d:])
-        arm = geometry.outward(geometry.frame(orientation), arm)
-        rotation = geometry.compose(orientation, rotation)
+    orientation = robot.orientation(q_p)
+    arm = geometry.outward(geometry.frame(orientation), leg.attachment_position)
+    rotation = geometry.compose(orientation, geometry.exp(leg.attachment_rotation))
     frame = geometry.frame(rotation)
     gap = geometry.inward(frame, q_p[:d] + arm - end)
     released = leg.joint.free[d:]
@@ -247,6 +245,6 @@ def load_arms(
 ) -> Float[Array, "k d *lanes"]:
     """From `p_P` to where the forces act, world axes."""
     geometry = robot.geometry
-    orientation = geometry.exp(q_p[geometry.d :])
-    arms = jnp.stack(geometry.rotate(orientation, jnp.moveaxis(loads.position, 0, 1)))
+    places = jnp.moveaxis(loads.position, 0, 1)
+    arms = jnp.stack(geometry.rotate(robot.orientation(q_p), places))
     return jnp.moveaxis(arms, 1, 0)

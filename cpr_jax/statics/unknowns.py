@@ -117,16 +117,15 @@ _UNITS = {"n": "N", "m": "N m", "s": "m", "eta": "rad"}
 def unknown_labels(robot: Robot) -> tuple[str, ...]:
     """Label of each entry of the flat y; motors and legs count from 1."""
     geometry = robot.geometry
-    platform = [f"p_P_{axis}" for axis in geometry.axes]
-    if robot.oriented:
-        platform += [f"phi_P_{axis}" for axis in geometry.rotation_axes]
+    pose = [f"p_P_{axis}" for axis in geometry.axes]
+    pose += [f"phi_P_{axis}" for axis in geometry.rotation_axes]
     axes = _leg_axes(robot)
     wrenches = [
         f"{name}{i + 1}_{axis}"
         for i, names in enumerate(_leg_names(robot))
         for name, axis in zip(names, axes, strict=True)
     ]
-    return (*(f"q{i + 1}" for i in range(robot.n_a)), *platform, *wrenches)
+    return (*(f"q{i + 1}" for i in range(robot.n_a)), *pose[: robot.n_p], *wrenches)
 
 
 def _leg_axes(robot: Robot) -> tuple[str, ...]:

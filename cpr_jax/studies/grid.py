@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -166,18 +167,13 @@ def out_of_reach(
         return np.zeros(len(q_p), bool)
     turns = set(range(n_a + d, n_a + robot.n_p)) <= set(imposed)
     arms = np.asarray(robot.legs.attachment_position)
-    slack = np.linalg.norm(arms, axis=-1)
-    if robot.oriented and robot.geometry.r == 1 and turns:
-        turn = q_p[:, d]
-        c, s = np.cos(turn), np.sin(turn)
-        matrices = np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)
-        ends = q_p[:, None, :d] + np.einsum("kij,nj->kni", matrices, arms)
-        slack = np.zeros_like(slack)
-    elif robot.oriented:
-        ends = np.broadcast_to(q_p[:, None, :d], (len(q_p), *arms.shape))
-    else:
-        ends = q_p[:, None, :d] + arms
-        slack = np.zeros_like(slack)
+    slack = np.zeros(robot.n)
+    if not turns:
+        # A turn that is not imposed may be any.
+        arms, slack = np.zeros_like(arms), np.linalg.norm(arms, axis=-1)
+    orientation: Any = [np.asarray(part)[..., None] for part in robot.orientation(q_p.T)]
+    turned: Any = robot.geometry.rotate(orientation, tuple(arms.T))
+    ends = q_p[:, None, :d] + np.stack(turned, axis=-1)
     ways = np.linalg.norm(ends - np.asarray(robot.legs.base_position), axis=-1)
     return np.any(ways - slack > reaches(robot) * (1.0 + 1e-12), axis=1)
 

@@ -1,47 +1,81 @@
 """Whether a robot is its own mirror image."""
 
-import jax.numpy as jnp
-import numpy as np
+from collections.abc import Sequence
 
+import jax
+import numpy as np
+from jaxtyping import Array, Float
+
+from ..programs import program
 from ..robots.robot import Robot
 from ..rods.solver import Steps
 from ..statics.equilibrium import Equilibrium
-from ..statics.problem import inverse_rows
+from ..statics.problem import imposed_rows
+from ..statics.residual import base_wrench, by_leg, leg_base
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales, unravel
 from .creeping import creep
 from .grid import Grid
 
+_ALIKE = 1e-7
+"""Wrenches and poses that differ by less, relatively, are the same."""
 
-def is_mirror_symmetric(robot: Robot, seed: Equilibrium, grid: Grid, steps: Steps) -> bool:
-    """Whether the branch of an equilibrium is the mirror image of itself about the axis y = 0.
+
+def is_mirror_symmetric(
+    robot: Robot, seed: Equilibrium, grid: Grid, imposed: Sequence[int], steps: Steps
+) -> bool:
+    """Whether a branch is mirrored where the first coordinate of a map turns its sign.
 
     Judged by what the robot does rather than by how it is described: the branch is followed to
     two mirrored points, where the base wrenches of the legs must be mirror images, pair by pair.
-    Only maps over (y, z) of planar robots with a point as platform are looked at; others count as
-    not symmetric.
+    Maps whose first coordinate is a rotation, or that reach further to one side, count as not
+    symmetric.
     """
-    # A platform whose coordinates are the axes of the map is a point of the plane.
-    if grid.names != ("y", "z") or robot.n_p != 2 or robot.n_a != 2:
+    geometry, n_a = robot.geometry, robot.n_a
+    name = grid.names[0]
+    if name not in geometry.axes:
         return False
+    line = grid.coordinates[0]
+    if abs(line[0] + line[-1]) > 0.5 * grid.spacing[0]:
+        return False
+    vectors, turns = geometry.mirror(name)
     units = np.asarray(unknown_scales(robot))
-    aside = 0.05 * float(jnp.mean(robot.legs.rod.length))
-    begin = np.concatenate([np.zeros(robot.n_a), np.asarray(seed.q_p)])
+    begin = np.concatenate([seed.q_a, seed.q_p])
     goals = np.tile(begin, (2, 1))
-    goals[:, robot.n_a] = (aside, -aside)
+    goals[:, grid.axes[0]] = np.array([1.0, -1.0]) * 0.05 * np.mean(robot.legs.rod.length)
+    # Coordinates that the map holds must be their own mirror images.
+    held = [place for place in imposed if place not in grid.axes]
+    signs = np.concatenate([np.ones(n_a), vectors, turns])[held]
+    if np.any(np.abs((signs - 1.0) * begin[held]) > _ALIKE * units[held]):
+        return False
     starts = np.tile(np.asarray(seed.y) / units, (2, 1))
-    axes = (robot.n_a, robot.n_a + 1)
-    found = creep(robot, inverse_rows(robot), axes, starts, np.tile(begin, (2, 1)), goals, steps)
+    rows = imposed_rows(robot, imposed)
+    found = creep(robot, rows, grid.axes, starts, np.tile(begin, (2, 1)), goals, steps)
     if np.any(np.asarray(found.status) != Status.SOLVED):
         return False
-    right, left = (unravel(robot, jnp.asarray(y * units)).mu for y in np.asarray(found.y)[:2])
-    # A mirror turns the sign of forces along y and of moments; forces along z stay.
-    mirrored = np.asarray(left) * np.array([-1.0, 1.0, -1.0])
-    size = np.max(np.abs(np.asarray(right)))
+    y = np.asarray(found.y)[:2] * units
+    right, left = np.asarray(_base_wrenches(robot, y))
+    moved = [part[n_a : n_a + robot.n_p] / units[n_a : n_a + robot.n_p] for part in y]
+    pose = np.concatenate([vectors, turns])[: robot.n_p]
+    if np.max(np.abs(moved[1] * pose - moved[0])) > _ALIKE:
+        return False
+    mirrored = left * np.concatenate([vectors, turns])
+    size = np.max(np.abs(right))
     free = list(range(robot.n))
     for wrench in mirrored:
-        gaps = [np.max(np.abs(wrench - np.asarray(right)[k])) for k in free]
-        if not gaps or min(gaps) > 1e-7 * size:
+        gaps = [np.max(np.abs(wrench - right[k])) for k in free]
+        if min(gaps) > _ALIKE * size:
             return False
         free.pop(int(np.argmin(gaps)))
     return True
+
+
+@program
+def _base_wrenches(robot: Robot, ys: Float[Array, "ways n_y"]) -> Float[Array, "ways n freedoms"]:
+    """Of each leg in world axes."""
+
+    def one(y):
+        legs, q, mu = by_leg(robot, unravel(robot, y))
+        return base_wrench(robot.geometry, leg_base(robot.geometry, legs, q, mu)).T
+
+    return jax.vmap(one)(ys)

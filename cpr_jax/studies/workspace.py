@@ -123,7 +123,7 @@ def workspace_map(
             seed = solve_inverse(robot, begin[list(places)], imposed=imposed, steps=steps)
         ahead.wait("follow")
         if symmetry is None:
-            symmetry = box is None and is_mirror_symmetric(robot, seed, grid, coarse(steps))
+            symmetry = box is None and is_mirror_symmetric(robot, seed, grid, places, coarse(steps))
         begin = np.concatenate([seed.q_a, seed.q_p])
         grid = make_grid(robot, begin, spacing, corners, axes, symmetry, refine)
         configuration = _configuration(

@@ -1,0 +1,103 @@
+"""Robots that are their own mirror images, and others that only look like it."""
+
+import numpy as np
+import pytest
+
+import cpr_jax as cpr
+from cpr_jax.statics.problem import imposed_coordinates
+from cpr_jax.studies.grid import make_grid
+from cpr_jax.studies.symmetry import is_mirror_symmetric
+from cpr_jax.studies.workspace import coarse
+
+
+def judged(robot, imposed=None, names=None, box=None, target=None):
+    """What a map of the robot would take it for."""
+    target = robot.home.q_p if target is None else np.asarray(target)
+    seed = cpr.solve_inverse(robot, target, imposed=imposed)
+    begin = np.concatenate([seed.q_a, seed.q_p])
+    grid = make_grid(robot, begin, None, box, names)
+    places = imposed_coordinates(robot, imposed)
+    return is_mirror_symmetric(robot, seed, grid, places, coarse(20))
+
+
+def held_body(f_P=(0.0, -0.3), k_b=(0.0183, 0.0183)):
+    """Two mirrored cranks carry a body that slides along a third, which turns it."""
+    low = [
+        cpr.make_leg(
+            cpr.PLANE,
+            (side * 0.1, 0.0),
+            cpr.kirchhoff_rod(cpr.PLANE, 0.25, k_b[k], 2.0 * side),
+            attachment_position=(side * 0.03, 0.0),
+        )
+        for k, side in enumerate((-1.0, 1.0))
+    ]
+    high = cpr.make_leg(
+        cpr.PLANE,
+        (0.0, 0.45),
+        cpr.kirchhoff_rod(cpr.PLANE, 0.2, 0.0183),
+        base_rotation=(-np.pi / 2.0,),
+        joint=cpr.slider(cpr.PLANE),
+        attachment_position=(0.0, 0.03),
+        attachment_rotation=(-np.pi / 2.0,),
+    )
+    home = ((2.48, 0.66, 0.0), (0.0, 0.2, 0.0))
+    return cpr.make_robot(cpr.PLANE, [*low, high], oriented=True, f_P=f_P, home=home)
+
+
+@pytest.fixture(scope="module")
+def body():
+    return held_body()
+
+
+@pytest.mark.parametrize(
+    ("change", "symmetric"),
+    [
+        ({}, True),
+        ({"f_P": (0.0, -0.2)}, True),
+        ({"f_P": (0.01, 0.0)}, False),
+        ({"k_b": (0.0183, 0.0184)}, False),
+        ({"r_c": (-0.5, 0.51)}, False),
+    ],
+)
+def test_of_the_papers_robot(change, symmetric):
+    assert judged(cpr.rfrfr(**change)) == symmetric
+
+
+def test_of_a_body(body):
+    assert judged(body)
+    assert not judged(held_body(f_P=(0.01, -0.3)))
+    assert not judged(held_body(k_b=(0.0183, 0.0184)))
+    # A turn that is held is not mirrored; one that varies is.
+    assert not judged(body, target=(0.0, 0.2, 0.05))
+    assert judged(body, names=("y", "phi_P_x"), box=np.array([[-0.06, -0.3], [0.06, 0.3]]))
+    # Half of a map is no half of the other side where that reaches further.
+    assert not judged(body, box=np.array([[-0.02, 0.15], [0.06, 0.25]]))
+
+
+def test_other_axes_than_the_mirrors(body):
+    assert not judged(body, names=("z", "y"))
+    assert not judged(body, names=("phi_P_x", "y"))
+
+
+@pytest.mark.parametrize(("k_b", "symmetric"), [(0.0183, True), ((0.0183, 0.0184), False)])
+def test_of_a_robot_in_space(k_b, symmetric):
+    """Nothing imposes how far its platform is from the plane of its motors."""
+    robot = cpr.in_space(cpr.rfrfr(k_b=k_b))
+    assert judged(robot, imposed=("y", "z"), target=(0.0, 0.2)) == symmetric
+
+
+def test_both_halves_of_a_map_agree(body):
+    """The half that a map of a symmetric body leaves out, and moments about its mirror."""
+    box = ((-0.05, 0.17), (0.05, 0.23))
+    delta = {"k_b1": 1e-3, "k_b2": 1e-3}
+    whole = cpr.workspace_map(
+        body, spacing=0.025, box=box, parameters=list(delta), delta=delta, symmetry=False
+    )
+    solved = whole["status"].values == int(cpr.Status.SOLVED)
+    np.testing.assert_array_equal(solved, solved[::-1])
+    assert np.sum(solved) > 12
+    for name in ("semi_axis_max", "energy"):
+        values = whole[name].values
+        np.testing.assert_allclose(values, values[::-1], rtol=1e-7)
+    q_1, q_2 = (whole["q_a"].values[..., k] for k in range(2))
+    np.testing.assert_allclose(q_1, np.pi - q_2[::-1], rtol=1e-9)
