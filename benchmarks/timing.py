@@ -18,6 +18,10 @@ from cpr_jax.studies.versions import versions
 from .child import available_cores
 
 
+_TURN = 0.1
+"""How long a turn is filled with calls of a quick function, s."""
+
+
 class Timing(NamedTuple):
     """Medians of repeated calls, s.
 
@@ -81,17 +85,30 @@ def first_call(function: Callable[[], object]) -> FirstCall:
 
 
 def take_turns(functions: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, Timing]:
-    """Times functions A B C A B C …, so that what else the machine does hits all of them."""
+    """Times functions A B C A B C …, so that what else the machine does hits all of them.
+
+    A quick function is called several times in its turn: right after another program, which has
+    filled the caches and put threads to sleep, no call is a warm one.
+    """
     taken: dict[str, list[Timing]] = {name: [] for name in functions}
     for _ in range(rounds):
         for name, function in functions.items():
-            wall, cpu = time.perf_counter(), time.process_time()
-            jax.block_until_ready(function())
-            taken[name].append(Timing(time.perf_counter() - wall, time.process_time() - cpu))
-    return {
-        name: Timing(*(statistics.median(values) for values in zip(*times, strict=True)))
-        for name, times in taken.items()
-    }
+            taken[name].append(_turn(function))
+    return {name: _medians(turns) for name, turns in taken.items()}
+
+
+def _turn(function: Callable[[], object]) -> Timing:
+    calls: list[Timing] = []
+    begin = time.perf_counter()
+    while not calls or time.perf_counter() - begin < _TURN:
+        wall, cpu = time.perf_counter(), time.process_time()
+        jax.block_until_ready(function())
+        calls.append(Timing(time.perf_counter() - wall, time.process_time() - cpu))
+    return _medians(calls)
+
+
+def _medians(timings: list[Timing]) -> Timing:
+    return Timing(*(statistics.median(values) for values in zip(*timings, strict=True)))
 
 
 def load() -> list[float]:

@@ -271,9 +271,18 @@ def _is_option(name: str, value: Any) -> bool:
 
 def _devices(arrays) -> frozenset | None:
     """Where arrays lie; `None` if they lie on several devices."""
+    if _is_single():
+        # To ask each array takes as long as all the rest of a call.
+        return frozenset()
     found = {array.sharding for array in arrays if isinstance(array, jax.Array)}
     devices = frozenset().union(*(sharding.device_set for sharding in found))
     return devices if len(devices) < 2 else None
+
+
+@functools.cache
+def _is_single() -> bool:
+    """Whether there is but one device."""
+    return jax.device_count() == 1
 
 
 def _type_of(leaf) -> tuple:

@@ -122,13 +122,14 @@ def expand(
     both = np.eye(n_rho)[pairs[0]] + np.eye(n_rho)[pairs[1]]
     ways = reach * np.concatenate([np.eye(n_rho), both[pairs[0] != pairs[1]]])
 
-    def tips(way):
+    def at_end(way):
         shift = jnp.concatenate([jnp.zeros(robot.n_a), first @ way]) * units
-        return tip_errors(selection.set(robot, rho + way), y + shift, further)
+        return selection.set(robot, rho + way), y + shift
 
     largest = jnp.diag(reach / _REACH)
     reached = jnp.concatenate([jnp.zeros((1, n_rho)), largest, -largest])
-    errors = jnp.max(jax.vmap(tips)(reached), axis=0)
+    varied, ends = jax.vmap(at_end)(reached)
+    errors = tip_errors(varied, ends, further)
     scheme = jnp.array(MENU)[least_scheme(errors, _ROUGH)]
     equations = HeldEquations(robot, selection, y, scheme)
     linearise = jax.jacfwd(equations, argnums=(0, 1))

@@ -2,6 +2,7 @@
 
 import enum
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -131,23 +132,56 @@ def sensitivity(
             f"Argument `hold` must be 'motors' or 'platform', but it is {hold!r}."
         ) from None
     selection = select(robot, parameters)
-    half_ranges = ranges(robot, selection, delta)
     if hold is Hold.PLATFORM and robot.n_a != robot.n_p:
         raise InputError(
             f"Argument `hold` must be 'motors' for {robot.name}: {robot.n_a} motors cannot hold "
             f"{robot.n_p} platform coordinates."
         )
     y = equilibrium.y
-    both, stiffness, rho = _linearise(robot, y, selection, steps)
-    Pi_y, Pi_tau, Pi_turn = both[hold.value]
+    slopes = slopes_at(robot, y, selection, steps)
+    return named(robot, y, selection, ranges(robot, selection, delta), slopes, hold)
+
+
+class Answer(NamedTuple):
+    """What `Sensitivity` has of these names."""
+
+    Pi_y: Float[Array, "n_y n_rho"]
+    Pi_tau: Float[Array, "n_a n_rho"]
+    Pi_turn: Float[Array, "turns n_rho"]
+
+
+class Slopes(NamedTuple):
+    """All numbers of a `Sensitivity`, for whatever is held.
+
+    **Attributes:**
+
+    - `answers`: by the values of `Hold`.
+    - `platform_stiffness`, `rho`: see `Sensitivity`.
+    """
+
+    answers: dict[str, Answer]
+    platform_stiffness: Float[Array, "n_p n_p"]
+    rho: Float[Array, " n_rho"]
+
+
+def named(
+    robot: Robot,
+    y: Float[Array, " n_y"],
+    selection: Selection,
+    half_ranges: Float[Array, " n_rho"],
+    slopes: Slopes,
+    hold: Hold,
+) -> Sensitivity:
+    """Slopes with their labels."""
+    answer = slopes.answers[hold.value]
     return Sensitivity(
-        Pi_y=Pi_y,
-        Pi_tau=Pi_tau,
-        Pi_turn=Pi_turn,
+        Pi_y=answer.Pi_y,
+        Pi_tau=answer.Pi_tau,
+        Pi_turn=answer.Pi_turn,
         delta=half_ranges,
         y=y,
-        rho=rho,
-        platform_stiffness=stiffness,
+        rho=slopes.rho,
+        platform_stiffness=slopes.platform_stiffness,
         rows=unknown_labels(robot),
         columns=selection.labels,
         column_units=selection.units,
@@ -171,7 +205,7 @@ def turn_jacobian(robot: Robot, q_p: Float[Array, " n_p"]) -> Float[Array, "k k"
 
 
 @program
-def _linearise(robot, y, selection: Selection, steps: int):
+def slopes_at(robot: Robot, y: Float[Array, " n_y"], selection: Selection, steps: int) -> Slopes:
     """Π_y by (10) in its conforming order, `-(∂R/∂y)⁻¹ ∂R/∂ρ`, and what hangs on it."""
     units = unknown_scales(robot)
     rho = selection.get(robot)
@@ -201,9 +235,9 @@ def _linearise(robot, y, selection: Selection, steps: int):
     def sensitivities(moving, start: int):
         held = jnp.zeros((n_a, rho.size))
         Pi_y = jnp.concatenate([moving[:start], held, moving[start:]]) * units[:, None]
-        return Pi_y, tau_y @ Pi_y + tau_rho, turned @ Pi_y[n_a + d : n_a + n_p]
+        return Answer(Pi_y, tau_y @ Pi_y + tau_rho, turned @ Pi_y[n_a + d : n_a + n_p])
 
-    both = {
+    answers = {
         name: sensitivities(part, start)
         for part, (name, start) in zip(moving, starts.items(), strict=True)
     }
@@ -214,7 +248,7 @@ def _linearise(robot, y, selection: Selection, steps: int):
     stiffness = -(by_p[:n_p] + by_mu[:n_p] @ wrench_by_p)
     wrench_units = scales(robot).wrench(robot)[:n_p]
     stiffness = stiffness * wrench_units[:, None] / units[n_a : n_a + n_p]
-    return both, stiffness, rho
+    return Slopes(answers, stiffness, rho)
 
 
 class LegSensitivity(eqx.Module):

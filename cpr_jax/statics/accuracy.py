@@ -47,6 +47,9 @@ ones, and the order that takes least depends on the accuracy."""
 
 _ROUNDOFF = 1e-13
 
+_DOUBTFUL = 1e-10
+"""Error of a scheme, in lengths of the rod, that the one with twice its steps may not tell."""
+
 
 class Errors(NamedTuple):
     """What an integration leaves, by step doubling.
@@ -74,27 +77,53 @@ def errors_between(robot: Robot, y: Float[Array, " n_y"], coarse: Rods, fine: Ro
 
 
 def tip_errors(
-    robot: Robot, y: Float[Array, " n_y"], further: Steps = DEFAULT_STEPS
+    robots: Robot, y: Float[Array, "cases n_y"], further: Steps = DEFAULT_STEPS
 ) -> Float[Array, " schemes"]:
-    """`Errors.tip` of the unknowns `y` with each scheme of `MENU` and a further one.
+    """The largest `Errors.tip` of several cases with each scheme of `MENU` and a further one.
 
-    What the last of the menu leaves is extrapolated from the one before it, which has half its
-    steps; the others are compared with it.
+    All are compared with the last of the menu, which has twice the steps of the one before and the
+    more accurate by its order; or with the one before, where that is accurate without doubt.
+
+    **Arguments:**
+
+    - `robots`: one whose numbers have the cases as their first axis.
+    - `y`: their unknowns.
     """
-    legs, q, mu = by_leg(robot, unravel(robot, y))
-    base = leg_base(robot.geometry, legs, q, mu)
 
     def tips(scheme):
-        return rod_tip(robot.geometry, base.rod, base.force, base.moment, scheme).position
+        def one(robot, y):
+            legs, q, mu = by_leg(robot, unravel(robot, y))
+            base = leg_base(robot.geometry, legs, q, mu)
+            tip = rod_tip(robot.geometry, base.rod, base.force, base.moment, scheme)
+            return tip.position / base.rod.length
+
+        return jax.vmap(one)(robots, y)
 
     # A loop keeps one copy of the integration in the compiled program.
-    schemes = jnp.concatenate([jnp.array(MENU), as_scheme(further)[None]])
-    found = jax.lax.map(tips, schemes)
-    last = len(MENU) - 1
-    apart = jnp.abs(found - found[last]) / base.rod.length
-    errors = jnp.max(apart, axis=tuple(range(1, apart.ndim)))
-    errors = errors.at[last].set(errors[last - 1] / 2.0 ** MENU[last].order)
-    return jnp.maximum(errors, _ROUNDOFF)
+    schemes = jnp.concatenate([as_scheme(further)[None], jnp.array(MENU)])
+    last = len(MENU)
+    gain = 2.0 ** MENU[-1].order
+
+    def compared(found, reference):
+        return jnp.max(jnp.abs(found - found[reference]), axis=tuple(range(1, found.ndim)))
+
+    def unfinished(state):
+        count, found = state
+        doubtful = compared(found, last - 1)[last - 2] > _DOUBTFUL
+        return (count < last) | ((count == last) & doubtful)
+
+    def attempt(state):
+        count, found = state
+        return count + 1, found.at[count].set(tips(schemes[count]))
+
+    tip = jax.eval_shape(tips, schemes[0])
+    count, found = jax.lax.while_loop(
+        unfinished, attempt, (0, jnp.zeros((len(schemes), *tip.shape), tip.dtype))
+    )
+    errors = compared(found, count - 1)
+    for k in (last - 1, last):
+        errors = jnp.where(k >= count - 1, errors.at[k].set(errors[k - 1] / gain), errors)
+    return jnp.roll(jnp.maximum(errors, _ROUNDOFF), -1)
 
 
 def least_scheme(

@@ -140,8 +140,9 @@ def _leg_names(robot: Robot) -> list[list[str]]:
     """Of each leg: forces `n` and moments `m`; of passive joints also slides `s`, turns `eta`."""
     d, r = robot.geometry.d, robot.geometry.r
     wrenches, motions = ["n"] * d + ["m"] * r, ["s"] * d + ["eta"] * r
-    free = base_freedoms(robot)
-    if isinstance(free, jax.core.Tracer):
+    joint = robot.legs.base_joint
+    free = None if joint is None else joint.free
+    if free is None or isinstance(free, jax.core.Tracer):
         return [wrenches] * robot.n
     pairs = list(zip(motions, wrenches, strict=True))
     moves = (np.asarray(free) > 0.5).tolist()

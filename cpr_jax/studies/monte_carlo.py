@@ -14,8 +14,8 @@ from tqdm import tqdm
 
 from ..analysis.ellipsoid import Ellipsoid, ellipsoid
 from ..analysis.expansion import expand
-from ..analysis.parameters import select
-from ..analysis.sensitivity import Sensitivity, sensitivity
+from ..analysis.parameters import ranges, select
+from ..analysis.sensitivity import Hold, Sensitivity, named, slopes_at
 from ..errors import InputError, check_integer, shown
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
@@ -131,8 +131,15 @@ def monte_carlo(
             f"{Status(int(equilibrium.status)).name}."
         )
     selection = select(robot, parameters)
-    nominal = sensitivity(robot, equilibrium, parameters, delta)
-    expansion = expand(robot, selection, nominal.y, nominal.Pi_y, nominal.delta, np.asarray(given))
+    y = equilibrium.y
+    # What a program does not wait for is put together while it runs.
+    slopes = slopes_at(robot, y, selection, DEFAULT_STEPS)
+    half_ranges = ranges(robot, selection, delta)
+    # What is not wanted beside the menu is the quickest of it.
+    further = np.asarray(MENU[0] if steps is None else given)
+    Pi_y = slopes.answers[Hold.MOTORS.value].Pi_y
+    expansion = expand(robot, selection, y, Pi_y, half_ranges, further)
+    nominal = named(robot, y, selection, half_ranges, slopes, Hold.MOTORS)
     ellipse = ellipsoid(nominal)
     *errors, error = np.asarray(expansion.errors)
     scheme = given
