@@ -17,7 +17,6 @@ from cpr_jax.studies.versions import versions
 
 from .child import available_cores
 
-
 _TURN = 0.1
 """How long a turn is filled with calls of a quick function, s."""
 
