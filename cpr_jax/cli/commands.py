@@ -13,7 +13,7 @@ from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium
 from ..statics.unknowns import unknown_labels, unknown_units
 from .inputs import Request
-from .session import describe, print_json, solve_request, start_jax
+from .session import describe, print_json, solve_request
 
 
 def solve(request: Request, as_json: bool) -> int:
@@ -132,24 +132,6 @@ def monte_carlo(
     print(f"{result.samples} samples: {result.solved} solved, {result.lost} lost beyond a ")
     print(f"singularity, {result.failed} without an answer; {result.followed} followed closely")
     _print_ellipsoids(robot, result.sensitivity)
-    return 0
-
-
-def paper(out: str, samples: int, seed: int, as_json: bool) -> int:
-    """Makes the figures, the samples and the report of the paper."""
-    # At once, so that a folder that cannot be is refused before anything is computed.
-    pathlib.Path(out).mkdir(parents=True, exist_ok=True)
-    start_jax()
-    from ..plotting.paper import make_paper
-
-    report = make_paper(out, samples, seed, progress=sys.stderr.isatty())
-    if as_json:
-        print_json(report)
-        return 0
-    for claim in report["claims"]:
-        mark = "agrees" if claim["agrees"] else "DIFFERS"
-        print(f"{mark:8} {claim['claim']}\n         computed: {claim['computed']}")
-    print(f"Figures, samples and report are in {out}")
     return 0
 
 

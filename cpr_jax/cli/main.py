@@ -47,9 +47,9 @@ def _run(arguments) -> int:
     if arguments.command == "paper":
         samples = inputs.positive_integer("--samples", arguments.samples, least=100)
         seed = inputs.positive_integer("--seed", arguments.seed, least=0)
-        from . import commands
+        from .paper import paper
 
-        return commands.paper(arguments.out, samples, seed, arguments.json)
+        return paper(arguments.out, samples, seed, arguments.json)
 
     request = inputs.check(arguments)
     if arguments.command == "monte-carlo":

@@ -1,22 +1,17 @@
-"""The figures of the paper, and the folder that holds them."""
+"""The figures of the paper."""
 
-import json
 import pathlib
 
-import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..atomic import write_atomically
-from ..plain import plain
 from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium
-from ..studies.paper import POINTS, CaseStudy, case_study
-from ..studies.report import markdown_report
-from ..studies.results import samples_dataset, save_dataset
-from ..studies.versions import versions
+from ..studies.monte_carlo import MonteCarlo
+from ..studies.paper import POINTS
 from .clouds import plot_clouds
 from .robot import plot_robot
 from .style import BLACK, BLUE, COLUMN, GREY, ORANGE, PAGE, VERMILION, journal_style, save_figure
@@ -26,44 +21,24 @@ MAP_POINTS = np.array([*POINTS.values(), (0.0, 0.1), (0.15, 0.15), (0.18, 0.0)])
 """Where Figure 3 shows ellipses: the points of Figure 2 and some between them, m."""
 
 
-def make_paper(
-    out: str | pathlib.Path, samples: int = 2000, seed: int = 0, progress: bool = False
-) -> dict:
-    """Writes Figures 1 to 3, their samples, the map and a report; returns the report."""
-    matplotlib.use("Agg")
-    folder = pathlib.Path(out)
-    folder.mkdir(parents=True, exist_ok=True)
-
-    def draw_samples(study: CaseStudy) -> None:
-        with journal_style():
-            save_figure(figure_1(study.robot, study.equilibria["A"]), folder / "figure-1")
-            save_figure(figure_2(study), folder / "figure-2")
-        save_dataset(
-            samples_dataset(list(study.studies.values()), list(POINTS), ["m", "m"]),
-            folder / "samples.nc",
-        )
-
-    study = case_study(samples, seed, progress, draw_samples)
+def save_figure_1(folder: pathlib.Path, robot: Robot, equilibrium: Equilibrium) -> None:
+    """Writes `figure_1`."""
     with journal_style():
-        save_figure(figure_3(study.workspace, study.robot, MAP_POINTS), folder / "figure-3")
-    save_dataset(study.workspace, folder / "map.nc")
-    report = {
-        "samples": samples,
-        "seed": seed,
-        "points": POINTS,
-        "q_a": {name: plain(e.q_a) for name, e in study.equilibria.items()},
-        "semi_axes": {name: plain(s.ellipsoid.semi_axes) for name, s in study.studies.items()},
-        "coverage": {name: s.coverage for name, s in study.studies.items()},
-        "coverage_interval": {name: s.coverage_interval for name, s in study.studies.items()},
-        "lost": {name: s.lost for name, s in study.studies.items()},
-        "failed": {name: s.failed for name, s in study.studies.items()},
-        "claims": study.claims,
-        "versions": versions(),
-    }
-    text = json.dumps(plain(report), indent=2)
-    write_atomically(folder / "report.json", lambda file: file.write_text(text + "\n"))
-    write_atomically(folder / "report.md", lambda file: file.write_text(markdown_report(report)))
-    return report
+        save_figure(figure_1(robot, equilibrium), folder / "figure-1")
+
+
+def save_figure_2(
+    folder: pathlib.Path, robot: Robot, equilibrium: Equilibrium, studies: dict[str, MonteCarlo]
+) -> None:
+    """Writes `figure_2`."""
+    with journal_style():
+        save_figure(figure_2(robot, equilibrium, studies), folder / "figure-2")
+
+
+def save_figure_3(folder: pathlib.Path, robot: Robot, dataset: xr.Dataset) -> None:
+    """Writes `figure_3`."""
+    with journal_style():
+        save_figure(figure_3(dataset, robot, MAP_POINTS), folder / "figure-3")
 
 
 def figure_1(robot: Robot, equilibrium: Equilibrium) -> Figure:
@@ -126,13 +101,13 @@ def figure_1(robot: Robot, equilibrium: Equilibrium) -> Figure:
     return figure
 
 
-def figure_2(study: CaseStudy) -> Figure:
+def figure_2(robot: Robot, equilibrium: Equilibrium, studies: dict[str, MonteCarlo]) -> Figure:
     """Figure 2: the points A to D in the workspace, their clouds and their ellipses."""
     figure = plt.figure(figsize=(PAGE, 4.4))
     grid = figure.add_gridspec(2, 3, width_ratios=[1.25, 1.0, 1.0])
     overview = figure.add_subplot(grid[:, 0])
-    plot_robot(study.robot, study.equilibria["A"], overview, color=GREY, alpha=0.35)
-    for name, result in study.studies.items():
+    plot_robot(robot, equilibrium, overview, color=GREY, alpha=0.35)
+    for name, result in studies.items():
         rim = np.asarray(result.ellipsoid.boundary()) * 1e3
         point = np.array(POINTS[name]) * 1e3
         overview.fill(*rim.T, fc=ORANGE, ec=VERMILION, lw=0.9, zorder=7)
@@ -144,7 +119,7 @@ def figure_2(study: CaseStudy) -> Figure:
     overview.set_ylabel("z (mm)")
     overview.margins(0.08)
     overview.set_title("The ellipses to scale,\nthe robot at A")
-    for k, (name, result) in enumerate(study.studies.items()):
+    for k, (name, result) in enumerate(studies.items()):
         ax = figure.add_subplot(grid[k // 2, 1 + k % 2])
         plot_clouds(result, ax)
         y, z = (1e3 * c for c in POINTS[name])

@@ -1,6 +1,5 @@
 """The paper's case study: four points, their ellipses, its claims beside what is computed."""
 
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
@@ -53,27 +52,45 @@ class CaseStudy(NamedTuple):
     claims: list[dict]
 
 
+class Observer:
+    """Is told of the parts of a case study, each as soon as it is there."""
+
+    def equilibria(self, robot: Robot, found: dict[str, Equilibrium]) -> None:
+        """At all points."""
+
+    def studies(
+        self, robot: Robot, equilibria: dict[str, Equilibrium], found: dict[str, MonteCarlo]
+    ) -> None:
+        """At all points."""
+
+    def workspace(self, robot: Robot, found: xr.Dataset) -> None:
+        """The map."""
+
+
 def case_study(
     samples: int = 2000,
     seed: int = 0,
     progress: bool = False,
-    meanwhile: Callable[[CaseStudy], None] = lambda study: None,
+    observer: Observer | None = None,
 ) -> CaseStudy:
-    """Runs the case study of Section 3 with `samples` samples at each point.
+    """Runs the case study of Section 3 with `samples` samples at each point."""
+    robot, observer = rfrfr(), observer or Observer()
 
-    **Arguments:**
+    def mapped() -> xr.Dataset:
+        workspace = workspace_map(robot, spacing=MAP_SPACING)
+        observer.workspace(robot, workspace)
+        return workspace
 
-    - `meanwhile`: called with all but the map and its claims while the map is on its way.
-    """
-    robot = rfrfr()
     # Side by side: the map is traced by Python while the samples are solved by XLA.
     with ThreadPoolExecutor(1) as pool:
-        mapping = pool.submit(workspace_map, robot, spacing=MAP_SPACING)
+        mapping = pool.submit(mapped)
         equilibria = {name: solve_inverse(robot, point) for name, point in POINTS.items()}
+        observer.equilibria(robot, equilibria)
         studies = {
             name: monte_carlo(robot, equilibrium, samples, seed, progress=progress)
             for name, equilibrium in equilibria.items()
         }
+        observer.studies(robot, equilibria, studies)
         small = {label: float(value) / 100.0 for label, value in robot.uncertainty.items()}
         linear = monte_carlo(
             robot,
@@ -84,10 +101,9 @@ def case_study(
             progress=progress,
         )
         study = CaseStudy(robot, equilibria, studies, linear, xr.Dataset(), [])
-        study = study._replace(claims=sample_claims(study))
-        meanwhile(study)
+        claims = sample_claims(study)
         workspace = mapping.result()
-    return study._replace(workspace=workspace, claims=study.claims + map_claims(workspace))
+    return study._replace(workspace=workspace, claims=claims + map_claims(workspace))
 
 
 def sample_claims(study: CaseStudy) -> list[dict]:

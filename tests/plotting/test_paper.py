@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from cpr_jax.plotting.paper import make_paper
+from cpr_jax.plotting.paper_folder import make_paper
 
 
 @pytest.fixture(scope="module")
