@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from .continuation import DEVIATION, Corrected, Corrector
 from .linear import inverse_with_sign
@@ -13,7 +13,9 @@ from .linear import inverse_with_sign
 CONTRACTING = 0.9
 """Rate of convergence that a chord iteration must have to be continued."""
 
-_TOLERANCE = 1e-11
+EXACT = 1e-11
+"""Residual of a root, in dimensionless rows, where nothing else is asked for."""
+
 _LONGEST = 20
 
 _SURE = 0.5
@@ -39,6 +41,7 @@ class Chord(NamedTuple):
     - `left`: largest entry of that residual; `before`: of the one before it.
     - `worst`: slowest contraction of the corrections so far.
     - `corrections`: how many there were.
+    - `enough`: residual that a root may have.
     """
 
     y: Float[Array, " n"]
@@ -48,12 +51,13 @@ class Chord(NamedTuple):
     before: Float[Array, ""]
     worst: Float[Array, ""]
     corrections: Int[Array, ""]
+    enough: Float[Array, ""]
 
     @classmethod
-    def start(cls, y: Float[Array, " n"]) -> "Chord":
+    def start(cls, y: Float[Array, " n"], enough: ArrayLike = EXACT) -> "Chord":
         """Before the first correction."""
         none, zero = jnp.zeros_like(y), jnp.zeros((), y.dtype)
-        return cls(y, none, none, zero, zero, zero, jnp.array(0))
+        return cls(y, none, none, zero, zero, zero, jnp.array(0), jnp.asarray(enough, y.dtype))
 
     def advanced(self, change: Float[Array, " n"], left: Float[Array, ""]) -> "Chord":
         """After one more, combined with the one before it (Anderson, 1965).
@@ -68,9 +72,10 @@ class Chord(NamedTuple):
         step = change - jnp.where(first, 0.0, share) * (self.moved + bent)
         # What `1 - M J` makes of the last step; below the tolerance, of rounding errors.
         kept = jnp.sqrt(jnp.sum((self.moved + bent) ** 2) / jnp.sum(self.moved**2))
-        tells = ~first & (left > _TOLERANCE)
+        tells = ~first & (left > EXACT)
         worst = jnp.where(tells, jnp.maximum(self.worst, kept), self.worst)
-        return Chord(self.y + step, change, step, left, self.left, worst, self.corrections + 1)
+        count = self.corrections + 1
+        return Chord(self.y + step, change, step, left, self.left, worst, count, self.enough)
 
     @property
     def converged(self) -> Bool[Array, ""]:
@@ -78,7 +83,7 @@ class Chord(NamedTuple):
         # A last correction, of which the residual before it tells what is left, is in y; the first
         # says nothing about how fast they contract.
         left = self.left * jnp.minimum(self.worst, self.left / jnp.maximum(self.before, 1e-300))
-        return (self.corrections > 1) & (left < _TOLERANCE)
+        return (self.corrections > 1) & (left < self.enough)
 
     @property
     def unfinished(self) -> Bool[Array, ""]:

@@ -3,10 +3,10 @@
 from collections.abc import Callable
 
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, ArrayLike, Bool, Float
 
 from ..analysis.expansion import Expansion
-from ..statics.chord import CONTRACTING, Chord
+from ..statics.chord import CONTRACTING, EXACT, Chord
 
 
 class ChordIteration:
@@ -31,6 +31,7 @@ class ChordIteration:
         equations: Callable[[Float[Array, " n_r"], Float[Array, " n_rho"]], Float[Array, " n_r"]],
         rho: Float[Array, " n_rho"],
         second_order: bool,
+        enough: ArrayLike = EXACT,
     ):
         away = rho - expansion.rho
         self.slope = expansion.first @ away
@@ -42,6 +43,7 @@ class ChordIteration:
         self.turn = expansion.turned(away)
         self._largest = jnp.max(jnp.abs(shift))
         self._expansion, self._equations, self._rho = expansion, equations, rho
+        self._enough = enough
 
     def _change(self, y):
         f = self._equations(y, self._rho)
@@ -51,7 +53,7 @@ class ChordIteration:
 
     def start(self) -> Chord:
         """Before the first correction."""
-        return Chord.start(self.guess)
+        return Chord.start(self.guess, self._enough)
 
     def advance(self, now: Chord) -> Chord:
         """After one more."""

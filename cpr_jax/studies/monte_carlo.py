@@ -21,6 +21,7 @@ from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..rods.solver import Scheme, checked_scheme
 from ..statics.accuracy import MENU, TOLERANCE, least_scheme
+from ..statics.chord import EXACT
 from ..statics.equilibrium import Equilibrium
 from ..statics.status import Status
 from .draws import Distribution
@@ -29,6 +30,9 @@ from .processes import gathered, gathered_tables, own_share
 from .samples import CHUNK, WINDOW, Options, Prediction, Samples, Study, solve_window
 from .tally import from_row, merged, tally
 from .versions import versions
+
+_SHARE = 0.1
+"""Of the tolerance of the integration, what root finding may leave as a residual."""
 
 _Kind = TypeVar("_Kind", bound=enum.Enum)
 
@@ -106,7 +110,7 @@ def monte_carlo(
     - `keep`: how many samples to keep; the counts are of all of them.
     - `tolerance`: error of a rod's tip, in lengths of the rod, from which the integration steps
         and their order are chosen, unless `steps` gives them: a `Scheme`, or a number of steps of
-        order 10.
+        order 10. Root finding ends at a tenth of it, or at 1e-11 if `steps` are given.
     - `folder`: where finished windows are kept while the study runs; `resume`: go on with them.
     - `progress`: show a progress bar on standard error.
 
@@ -146,7 +150,8 @@ def monte_carlo(
     if steps is None:
         chosen = least_scheme(np.array(errors), tolerance)
         scheme, error = MENU[chosen], errors[chosen]
-    study = Study(robot, nominal.y, nominal.delta, expansion, np.asarray(scheme))
+    enough = EXACT if steps is not None else max(EXACT, _SHARE * tolerance)
+    study = Study(robot, y, half_ranges, expansion, np.asarray(scheme), np.asarray(enough))
     options = Options(selection, drawn, predicted)
 
     parts = _parts(folder, resume, study, options, seed, samples, keep)

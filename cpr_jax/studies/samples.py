@@ -36,7 +36,7 @@ RESCUED = 256
 _SLOTS = 64
 """Of these, samples that are followed at a time: most studies have only a few."""
 
-_CORRECTIONS = 3
+_CORRECTIONS = 2
 """Of every sample: enough for all but some percent."""
 
 _FEW = 32
@@ -63,6 +63,7 @@ class Study(eqx.Module):
     delta: Float[Array, " n_rho"]
     expansion: Expansion
     scheme: Int[Array | np.ndarray, "3"]
+    enough: Float[Array | np.ndarray, ""]
 
 
 class Options(NamedTuple):
@@ -193,7 +194,7 @@ def _equations(study: Study, options: Options):
 
 def _chord(study: Study, options: Options, equations, rho) -> ChordIteration:
     second_order = options.prediction is Prediction.SECOND_ORDER
-    return ChordIteration(study.expansion, equations, rho, second_order)
+    return ChordIteration(study.expansion, equations, rho, second_order, study.enough)
 
 
 def _end(study: Study, ellipse: Ellipsoid, y):

@@ -69,3 +69,25 @@ def test_two_changes_of_a_linear_problem_solve_it():
         now = now.advanced(-0.8 * f, jnp.max(jnp.abs(f)))
     np.testing.assert_allclose(now.y, 1.0, rtol=0, atol=1e-14)
     np.testing.assert_allclose(now.worst, 0.6, rtol=1e-12)
+
+
+@pytest.mark.parametrize("enough", [1e-4, 1e-7, 1e-10])
+def test_it_ends_where_it_is_good_enough(enough):
+    """`y³ = 8` by a slope that is off by a tenth; what is left is told without a further value."""
+
+    def residual(y):
+        return y**3 - 8.0
+
+    def advanced(now):
+        f = residual(now.y)
+        return now.advanced(-f / 10.8, jnp.max(jnp.abs(f)))
+
+    now = Chord.start(jnp.array([2.1]), enough)
+    while now.unfinished:
+        now = advanced(now)
+    assert bool(now.converged)
+    assert float(jnp.abs(residual(now.y))[0]) < enough
+    less = Chord.start(jnp.array([2.1]), enough)
+    for _ in range(int(now.corrections) - 1):
+        less = advanced(less)
+    assert float(jnp.abs(residual(less.y))[0]) > 1e-3 * enough

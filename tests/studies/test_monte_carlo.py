@@ -113,6 +113,15 @@ def test_steps_follow_from_the_tolerance(robot, equilibria, studies):
     np.testing.assert_allclose(study.q_p[:100], fine.q_p, atol=1e-8)
 
 
+def test_root_finding_leaves_less_than_the_integration(robot, equilibria, studies):
+    """Where `steps` are given, roots are found to rounding."""
+    study = studies["C"]
+    exact = cpr.monte_carlo(robot, equilibria["C"], study.samples, steps=study.scheme)
+    np.testing.assert_array_equal(study.status, exact.status)
+    left = np.max(np.abs(study.q_p - exact.q_p))
+    assert 1e-12 < left < 0.5 * study.error
+
+
 @pytest.mark.parametrize(
     ("arguments", "field"),
     [

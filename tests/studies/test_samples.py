@@ -11,6 +11,7 @@ from benchmarks.timing import CompileClock
 from cpr_jax.analysis.expansion import HeldEquations, expand
 from cpr_jax.analysis.parameters import ranges, select
 from cpr_jax.rods.solver import Scheme
+from cpr_jax.statics.chord import EXACT
 from cpr_jax.statics.continuation import DEVIATION, Corrected, follow
 from cpr_jax.statics.linear import solve_with_sign
 from cpr_jax.statics.unknowns import unknown_scales
@@ -31,7 +32,8 @@ def prepared(robot, point, prediction=module.Prediction.SECOND_ORDER):
     selection = select(robot)
     delta = ranges(robot, selection, None)
     expansion = expand(robot, selection, nominal.y, nominal.Pi_y, delta)
-    study = module.Study(robot, nominal.y, delta, expansion, np.asarray(Scheme(STEPS)))
+    scheme, enough = np.asarray(Scheme(STEPS)), np.asarray(EXACT)
+    study = module.Study(robot, nominal.y, delta, expansion, scheme, enough)
     options = module.Options(selection, Distribution.GAUSSIAN, prediction)
     return study, options, cpr.ellipsoid(nominal)
 
