@@ -81,8 +81,9 @@ def tip_errors(
 ) -> Float[Array, " schemes"]:
     """The largest `Errors.tip` of several cases with each scheme of `MENU` and a further one.
 
-    All are compared with the last of the menu, which has twice the steps of the one before and the
-    more accurate by its order; or with the one before, where that is accurate without doubt.
+    All are compared with the last of the menu; what that leaves is extrapolated from the one before
+    it, which has half its steps. Where the one before is accurate without doubt, it takes the place
+    of the last, which is spared.
 
     **Arguments:**
 
