@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import jax
 
+from cpr_jax.programs import forget_all
 from cpr_jax.studies.versions import versions
 
 from .child import available_cores
@@ -76,6 +77,7 @@ class FirstCall(NamedTuple):
 def first_call(function: Callable[[], object]) -> FirstCall:
     """Calls a function with nothing compiled before, in memory or on disk."""
     jax.config.update("jax_enable_compilation_cache", False)
+    forget_all()
     jax.clear_caches()
     start = time.perf_counter()
     with CompileClock() as clock:

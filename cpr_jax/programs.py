@@ -40,6 +40,8 @@ _QUICK = _HOT | {"xla_backend_optimization_level": 1, "xla_cpu_use_fusion_emitte
 run. XLA's older code generator compiles in half to two thirds of the time and takes up to an eighth
 longer. It has left later releases, which compile as quickly without it."""
 
+_WATCHED_BY = ("jax_disable_jit", "jax_debug_nans", "jax_debug_infs")
+
 _folder: pathlib.Path | None = None
 _all: "list[_Program]" = []
 
@@ -77,6 +79,11 @@ class _Loaded(NamedTuple):
     leaves: list[Any]
     structure: Any
 
+    @classmethod
+    def of(cls, compiled: Callable[..., Any], outline: Any) -> "_Loaded":
+        """Compiled here: a jitted call would compile once more for arrays from another."""
+        return cls(compiled, *jax.tree.flatten(outline, is_leaf=lambda x: isinstance(x, _Slot)))
+
     def __call__(self, arrays):
         found = self.call(*arrays)
         filled = [found[x.number] if isinstance(x, _Slot) else x for x in self.leaves]
@@ -89,7 +96,8 @@ class _Slot(NamedTuple):
     number: int
 
 
-def _forget() -> None:
+def forget_all() -> None:
+    """Drops all programs that are loaded; those in the folder stay."""
     for each in _all:
         each.forget()
 
@@ -120,9 +128,9 @@ class _Program:
                 rest.append((type(leaf), leaf))
         if _is_within(arrays):
             return self._inner(*args, **kwargs)
-        make_room(_forget)
+        make_room(forget_all)
         devices = _devices(arrays)
-        if _folder is None or devices is None:
+        if devices is None or _is_watched():
             return self._alone(*args, **kwargs)
         key = (structure, *rest, devices, bool(jax.config.read("jax_enable_x64")), _folder)
         loaded = self._load(key, args, kwargs)
@@ -160,8 +168,12 @@ class _Program:
         self._known = {}
 
     def _find_or_make(self, args, kwargs) -> _Loaded | None:
+        if _folder is None:
+            flat, given, outlines = self._flat(args, kwargs)
+            lowered = jax.jit(flat).lower(*given)
+            return _Loaded.of(lowered.compile(self._options), outlines[-1])
         name = self._name(args, kwargs)
-        if name is None or _folder is None:
+        if name is None:
             return None
         file = _folder / "programs" / name
         try:
@@ -177,12 +189,13 @@ class _Program:
                 write_atomically(file, lambda part: part.write_bytes(content))
         call = jax.jit(export.deserialize(bytearray(exported)).call)
         arrays, _ = _outlined((args, kwargs))
-        # Compiled here: a jitted call would compile once more for arrays that come from another.
-        leaves, structure = jax.tree.flatten(outline, is_leaf=lambda x: isinstance(x, _Slot))
-        return _Loaded(call.lower(*arrays).compile(self._options), leaves, structure)
+        return _Loaded.of(call.lower(*arrays).compile(self._options), outline)
 
-    def _make(self, args, kwargs) -> tuple[bytes, Any] | None:
-        """The program and the outline of what it returns, or `None` if it cannot be kept."""
+    def _flat(self, args, kwargs) -> tuple[Callable[..., list[jax.Array]], list[Any], list[Any]]:
+        """The function from arrays to arrays, its arguments, and a list for its outlines.
+
+        When it is traced, the outline of what it returns is added to the list.
+        """
         dynamic, static = eqx.partition((args, kwargs), eqx.is_array)
         outlines = []
 
@@ -194,7 +207,12 @@ class _Program:
             return arrays
 
         flat.__name__ = self._function.__name__
-        exported = export.export(jax.jit(flat))(*jax.tree.leaves(dynamic))
+        return flat, jax.tree.leaves(dynamic), outlines
+
+    def _make(self, args, kwargs) -> tuple[bytes, Any] | None:
+        """The program and the outline of what it returns, or `None` if it cannot be kept."""
+        flat, given, outlines = self._flat(args, kwargs)
+        exported = export.export(jax.jit(flat))(*given)
         try:
             pickle.dumps(outlines[-1])
             return bytes(exported.serialize()), outlines[-1]
@@ -277,6 +295,11 @@ def _devices(arrays) -> frozenset | None:
     found = {array.sharding for array in arrays if isinstance(array, jax.Array)}
     devices = frozenset().union(*(sharding.device_set for sharding in found))
     return devices if len(devices) < 2 else None
+
+
+def _is_watched() -> bool:
+    """Whether JAX is to look at each call itself, for debugging."""
+    return any(getattr(jax.config, name) for name in _WATCHED_BY)
 
 
 @functools.cache

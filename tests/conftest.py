@@ -12,3 +12,8 @@ jax.config.update("jax_enable_x64", True)
 _CACHE = pathlib.Path(tempfile.gettempdir()) / f"cpr_jax-tests-{os.getuid()}"
 jax.config.update("jax_compilation_cache_dir", str(_CACHE))
 jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.5)
+
+
+def pytest_collection_modifyitems(items):
+    """Notebooks and README first: they take longest, and no worker is to be left with one."""
+    items.sort(key=lambda item: item.path.parent != pathlib.Path(__file__).parent)

@@ -1,4 +1,4 @@
-"""Programs kept on disk: the same answers, and nothing traced twice."""
+"""Programs that are kept, on disk or not: the same answers, and nothing traced twice."""
 
 import subprocess
 import sys
@@ -62,6 +62,41 @@ def test_one_process_makes_a_program_once():
         double(TREE)
     double({"x": np.arange(3.0), "y": np.ones(())})
     assert traces == [2]
+
+
+def test_without_a_folder_a_process_makes_a_program_once(monkeypatch):
+    monkeypatch.setattr(programs, "_folder", None)
+    traces: list = []
+    double = counted(traces)
+    for tree in (TREE, TREE, {"x": np.arange(3.0), "y": np.ones(())}):
+        answer = double(tree)
+        np.testing.assert_array_equal(answer.doubled, [1.0, 3.0, 5.0])
+        assert answer.note == "by 2" and answer.nothing is None
+    assert traces == [2]
+    double(TREE, 3)
+    programs.forget_all()
+    double(TREE, 3)
+    assert traces == [2, 3, 3]
+
+
+def test_the_switches_that_look_for_mistakes_work():
+    """What is compiled ahead of its calls knows none of them."""
+
+    @program
+    def divide(a, b):
+        known.append(not isinstance(a, jax.core.Tracer))
+        return a / b
+
+    known: list = []
+    zero = jnp.zeros(())
+    assert np.isnan(divide(zero, zero))
+    assert not any(known)
+    with jax.debug_nans(True), pytest.raises(FloatingPointError):
+        divide(zero, zero)
+    known.clear()
+    with jax.disable_jit():
+        divide(zero, zero)
+    assert known == [True]
 
 
 def test_every_difference_that_matters_makes_another_program(folder):
