@@ -4,6 +4,9 @@ JAX's own persistent cache spares the compilation of a program, but not its trac
 longer than most runs. Here a program is kept as `jax.export` serialises it, under a name made
 from everything it was traced from: the function, the package's source, the versions of what it
 stands on, and the types and static values of its arguments.
+
+Without a folder to keep them in they are compiled ahead of their calls all the same: to look one up
+here takes a fraction of what a call of `equinox.filter_jit` takes.
 """
 
 import contextlib
