@@ -97,7 +97,7 @@ def figure_1(robot: Robot, equilibrium: Equilibrium) -> Figure:
     ax.set_ylabel("z (mm)")
     ax.set_ylim(-65, end[1] + 62)
     low, high = rods[..., 0].min(), rods[..., 0].max()
-    ax.set_xlim(low - 95, high + 95)
+    ax.set_xlim(low - 103, high + 103)
     return figure
 
 
