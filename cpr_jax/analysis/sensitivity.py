@@ -137,9 +137,9 @@ def sensitivity(
             f"Argument `hold` must be 'motors' for {robot.name}: {robot.n_a} motors cannot hold "
             f"{robot.n_p} platform coordinates."
         )
-    y = equilibrium.y
+    half_ranges, y = ranges(robot, selection, delta), equilibrium.y
     slopes = slopes_at(robot, y, selection, steps)
-    return named(robot, y, selection, ranges(robot, selection, delta), slopes, hold)
+    return named(robot, y, selection, half_ranges, slopes, hold)
 
 
 class Answer(NamedTuple):

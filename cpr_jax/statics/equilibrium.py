@@ -234,7 +234,7 @@ def polish(robot, imposed, target, y, outcome, tolerance, branch, steps):
         q_a=state.q_a,
         q_p=state.q_p,
         mu=state.mu,
-        base_wrenches=_base_wrenches(robot, state),
+        base_wrenches=base_wrenches(robot, state),
         status=status,
         residual=jnp.where(solved, left, jnp.nan),
         measures=measures,
@@ -242,7 +242,8 @@ def polish(robot, imposed, target, y, outcome, tolerance, branch, steps):
     )
 
 
-def _base_wrenches(robot: Robot, state: State) -> Float[Array, "n freedoms"]:
+def base_wrenches(robot: Robot, state: State) -> Float[Array, "n freedoms"]:
+    """`Equilibrium.base_wrenches` of one configuration."""
     if robot.legs.base_joint is None:
         return state.mu
     geometry = robot.geometry

@@ -135,14 +135,13 @@ def monte_carlo(
             f"{Status(int(equilibrium.status)).name}."
         )
     selection = select(robot, parameters)
-    y = equilibrium.y
-    # What a program does not wait for is put together while it runs.
+    half_ranges, y = ranges(robot, selection, delta), equilibrium.y
     slopes = slopes_at(robot, y, selection, DEFAULT_STEPS)
-    half_ranges = ranges(robot, selection, delta)
     # What is not wanted beside the menu is the quickest of it.
     further = np.asarray(MENU[0] if steps is None else given)
     Pi_y = slopes.answers[Hold.MOTORS.value].Pi_y
     expansion = expand(robot, selection, y, Pi_y, half_ranges, further)
+    # Labels are put together while both run.
     nominal = named(robot, y, selection, half_ranges, slopes, Hold.MOTORS)
     ellipse = ellipsoid(nominal)
     *errors, error = np.asarray(expansion.errors)

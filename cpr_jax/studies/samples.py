@@ -37,7 +37,7 @@ _SLOTS = 64
 """Of these, samples that are followed at a time: most studies have only a few."""
 
 _CORRECTIONS = 2
-"""Of every sample: enough for all but some percent."""
+"""Of every sample: enough for three quarters of them or more."""
 
 _FEW = 32
 """Samples of a chunk that are corrected further at a time."""

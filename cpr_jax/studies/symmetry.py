@@ -9,9 +9,8 @@ from jaxtyping import Array, Float
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.solver import Steps
-from ..statics.equilibrium import Equilibrium
+from ..statics.equilibrium import Equilibrium, base_wrenches
 from ..statics.problem import imposed_rows
-from ..statics.residual import base_wrench, by_leg, leg_base
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales, unravel
 from .creeping import creep
@@ -54,7 +53,7 @@ def is_mirror_symmetric(
     if np.any(np.asarray(found.status) != Status.SOLVED):
         return False
     y = np.asarray(found.y)[:2] * units
-    right, left = np.asarray(_base_wrenches(robot, y))
+    right, left = np.asarray(_wrenches(robot, y))
     moved = [part[n_a : n_a + robot.n_p] / units[n_a : n_a + robot.n_p] for part in y]
     pose = np.concatenate([vectors, turns])[: robot.n_p]
     if np.max(np.abs(moved[1] * pose - moved[0])) > _ALIKE:
@@ -71,11 +70,5 @@ def is_mirror_symmetric(
 
 
 @program
-def _base_wrenches(robot: Robot, ys: Float[Array, "ways n_y"]) -> Float[Array, "ways n freedoms"]:
-    """Of each leg in world axes."""
-
-    def one(y):
-        legs, q, mu = by_leg(robot, unravel(robot, y))
-        return base_wrench(robot.geometry, leg_base(robot.geometry, legs, q, mu)).T
-
-    return jax.vmap(one)(ys)
+def _wrenches(robot: Robot, ys: Float[Array, "ways n_y"]) -> Float[Array, "ways n freedoms"]:
+    return jax.vmap(lambda y: base_wrenches(robot, unravel(robot, y)))(ys)

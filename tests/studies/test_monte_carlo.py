@@ -1,5 +1,7 @@
 """Monte Carlo: counts, coverage, reproducibility, lanes without an equilibrium."""
 
+import importlib
+
 import numpy as np
 import pytest
 from scipy.stats import binomtest
@@ -151,3 +153,12 @@ def test_an_unsolved_equilibrium_is_refused(robot):
     lost = cpr.solve_inverse(robot, (0.0, 2.0), throw=False)
     with pytest.raises(ValueError, match="`equilibrium` must be solved"):
         cpr.monte_carlo(robot, lost)
+
+
+def test_unknown_ranges_are_refused_before_anything_is_computed(robot, equilibria, monkeypatch):
+    """What a mistake leads to is no program that is compiled first."""
+    for module in ("cpr_jax.analysis.sensitivity", "cpr_jax.studies.monte_carlo"):
+        monkeypatch.setattr(importlib.import_module(module), "slopes_at", None)
+    for study in (cpr.sensitivity, cpr.monte_carlo):
+        with pytest.raises(cpr.InputError, match=r"`delta`.*'nothing'"):
+            study(robot, equilibria["A"], delta={"nothing": 1.0})
