@@ -20,13 +20,19 @@ from ..statics.unknowns import unknown_scales, unravel
 _CLOSE = 1e-9
 _ITERATIONS = 8
 _ITERATIONS_OF_STARTS = 25
-_LONGEST = 0.2
-"""Longest step along a curve, in dimensionless unknowns."""
+_FIRST = 0.2
+"""Longest first step along a curve, in dimensionless unknowns."""
+
+_TURN = 0.1
+"""Wanted angle between the tangents at both ends of a step, in radians."""
+
+_MISS = 0.1
+"""Largest correction of a prediction, in steps: what is farther away may be another branch."""
 
 _ASIDE = 1e-4
 """Length of the differences of Jacobians, in dimensionless unknowns."""
 
-_WIDTH = 32
+_WIDTH = 8
 """Points that are corrected in one call."""
 
 
@@ -103,7 +109,7 @@ def trace_curves(
     places = imposed_coordinates(robot) if imposed is None else imposed
     tracer = _Tracer(robot, kind, axes, places, box, spacing, belongs, steps)
     lanes = tracer.seeds(np.asarray(starts) / units, np.asarray(along))
-    curves = _joined(tracer.trace(lanes, max_points), 2.0 * _LONGEST)
+    curves = _joined(tracer.trace(lanes, max_points), 2.0 * _FIRST)
     return [SingularCurve(points * units, closed) for points, closed in curves]
 
 
@@ -172,14 +178,19 @@ class _Tracer:
     def wanted(self, z):
         return np.ones(len(z), bool) if self.belongs is None else self.belongs(z)
 
-    def stride(self, tangent):
+    def longest(self, tangent):
+        """Steps that move as far as points shall be apart."""
         speed = np.linalg.norm(tangent[..., self.axes] * self.units, axis=-1)
-        return np.minimum(_LONGEST, self.spacing / np.maximum(speed, 1e-12))
+        return self.spacing / np.maximum(speed, 1e-12)
+
+    def first(self, tangent):
+        """Steps where it is not known yet how much the curve turns."""
+        return np.minimum(_FIRST, self.longest(tangent))
 
     def spread(self, lanes: _Lane) -> _Lane:
         """Starts that are far enough apart to share the work."""
         chosen: list[int] = []
-        reach = 6.0 * self.stride(lanes.tangent)
+        reach = 6.0 * self.first(lanes.tangent)
         for k, z in enumerate(lanes.z):
             away = np.linalg.norm(z - lanes.z[chosen], axis=1)
             if np.all(away > np.maximum(reach[k], reach[chosen])):
@@ -226,18 +237,20 @@ class _Tracer:
         links: dict[int, int] = {}
         active = np.arange(count)
         now = lanes._replace(tangent=direction * lanes.tangent)
-        stride = self.stride(now.tangent)
+        stride = self.first(now.tangent)
         bend = np.zeros_like(now.z)
         for _ in range(max_points):
             if len(active) == 0:
                 break
-            new = self.correct(
-                now, now.z + stride[:, None] * (now.tangent + 0.5 * stride[:, None] * bend)
-            )
-            turn = np.sum(new.tangent * now.tangent, axis=1)
-            good = new.converged & (turn > 0.95)
-            tiny = ~good & (stride < 1e-6)
+            predicted = now.z + stride[:, None] * (now.tangent + 0.5 * stride[:, None] * bend)
+            new = self.correct(now, predicted)
+            turn = np.arccos(np.clip(np.sum(new.tangent * now.tangent, axis=1), -1.0, 1.0))
+            missed = np.linalg.norm(new.z - predicted, axis=1) > _MISS * stride
             wanted = self.wanted(new.z)
+            # What ends a curve is approached in short steps, or its last one would be missing.
+            late = ~wanted & (stride > self.first(now.tangent))
+            good = new.converged & (turn < 3.0 * _TURN) & ~missed & ~late
+            tiny = ~good & (stride < 1e-6)
             going = np.zeros(len(active), bool)
             for i, lane in enumerate(active):
                 if not good[i]:
@@ -260,7 +273,8 @@ class _Tracer:
                 going[i] = not (leaves or changes)
             turned = (new.tangent - now.tangent) / stride[:, None]
             bend = np.where(good[:, None], turned, bend)[going]
-            grown = np.minimum(1.5 * stride, self.stride(new.tangent))
+            grown = stride * np.clip(_TURN / np.maximum(turn, 1e-12), 0.5, 2.0)
+            grown = np.minimum(grown, self.longest(new.tangent))
             stride = np.where(good, grown, 0.4 * stride)[going]
             now = _Lane(
                 *(
