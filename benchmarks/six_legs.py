@@ -15,7 +15,7 @@ import numpy as np
 
 import cpr_jax as cpr
 from cpr_jax.statics.accuracy import MENU
-from cpr_jax.statics.advance import advance
+from cpr_jax.statics.advance import advance_many
 from cpr_jax.statics.problem import inverse_rows
 from cpr_jax.statics.unknowns import unknown_scales
 
@@ -138,7 +138,7 @@ def _advanced(robot, guess, pose, scheme):
     goal = np.concatenate([np.zeros_like(pose), pose], axis=1)
     axes = (robot.n_a + 1, robot.n_a + 2)
     rows, numbers = inverse_rows(robot), np.asarray(scheme)
-    return jax.block_until_ready(advance(robot, rows, axes, guess, goal, numbers))
+    return jax.block_until_ready(advance_many(robot, rows, axes, guess, goal, numbers))
 
 
 def _own_setting(robot, problem) -> tuple[cpr.Scheme, FirstCall, float, np.ndarray]:

@@ -16,6 +16,9 @@ from jax.custom_batching import custom_vmap
 
 from .once import once
 
+_SMALL = 150
+"""Operations of a kernel on lanes up to which XLA is left to it, as in `once`."""
+
 _LARGE = 3000
 """Operations from which on a single case, too, is worth the longer compilation by `once`."""
 
@@ -124,7 +127,7 @@ def _level(kernel, treedef, laned: tuple[bool, ...]):
     def on_leaves(*leaves):
         return kernel(Lift(treedef, laned), *treedef.unflatten(leaves))
 
-    compiled = jax.jit(once(on_leaves, 0 if any(laned) else _LARGE))
+    compiled = jax.jit(once(on_leaves, _SMALL if any(laned) else _LARGE))
     return merging(compiled, laned, lambda flags: _level(kernel, treedef, flags))
 
 

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from ..programs import hot_program
+from ..programs import hot_program, program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..rods.solver import Steps
@@ -38,8 +38,7 @@ class Nearby(NamedTuple):
     status: Int[Array | np.ndarray, "*lanes"]
 
 
-@hot_program
-def advance(
+def _advance(
     robot: Robot,
     imposed: Float[Array, "n_a n_q"],
     axes: tuple[int, ...],
@@ -68,3 +67,9 @@ def advance(
         return Nearby(found.y, found.slope, found.sign, found.deviation, status)
 
     return jax.vmap(one)(guess, goal)
+
+
+advance = program(_advance)
+
+advance_many = hot_program(_advance)
+"""The same, compiled for longer: worth it for a hundred thousand lanes and more."""

@@ -9,24 +9,18 @@ import numpy as np
 from ..analysis.parameters import Selection
 from ..analysis.singularity import compile_tracing
 from ..programs import started
-from ..robots.robot import Robot
-from ..rods.solver import Scheme
-from ..statics.advance import advance
-from ..statics.problem import imposed_rows
 from .cells import look_at_cells
-from .creeping import LANES
+from .follower import Follower
 
 _known: set[Any] = set()
 
 
 def compile_ahead(
-    robot: Robot,
+    follower: Follower,
     selection: Selection,
     delta: jax.Array,
-    axes: tuple[int, int],
     places: tuple[int, ...],
     steps: int,
-    coarse: Scheme,
     chunk: int,
 ) -> "Ahead":
     """Starts to compile what a map needs, in threads, while its seed is still being solved.
@@ -34,18 +28,14 @@ def compile_ahead(
     Compilation leaves cores idle; done in turn it is most of a first map's time. The programs
     run once on NaN, on which every iteration stops at once. Later calls find all of it done.
     """
+    robot, _, axes, _, many = follower
     leaves, structure = jax.tree.flatten(robot)
     shapes = tuple(np.shape(leaf) for leaf in leaves)
-    key = (structure, shapes, selection, axes, places, steps, coarse)
+    key = (structure, shapes, selection, axes, places, steps, many, chunk)
     if key in _known:
         return Ahead()
     _known.add(key)
-    imposed = imposed_rows(robot, places)
-    rows = (LANES, robot.n_y), (LANES, robot.n_a + robot.n_p), (chunk, robot.n_y)
-    lanes, goals, cells = (np.full(shape, np.nan) for shape in rows)
-
-    def follow() -> None:
-        advance(robot, imposed, axes, lanes, goals, np.asarray(coarse))
+    cells = np.full((chunk, robot.n_y), np.nan)
 
     def look() -> None:
         look_at_cells(robot, selection, delta, cells, places, steps)
@@ -54,7 +44,7 @@ def compile_ahead(
         first.join()
         compile_tracing(robot, axes, places, steps)
 
-    first = started(follow)
+    first = started(follower.compile)
     return Ahead(follow=first, look=started(look), lines=started(lines))
 
 

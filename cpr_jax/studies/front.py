@@ -7,14 +7,11 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ..errors import InputError
-from ..robots.robot import Robot
-from ..rods.solver import Steps
 from ..statics.advance import Nearby
 from ..statics.continuation import DEVIATION
-from ..statics.problem import imposed_rows
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
-from .creeping import advance_all, creep
+from .follower import Follower
 from .grid import Grid
 
 _MISMATCH = 0.01
@@ -48,16 +45,13 @@ class Front:
 
     def __init__(
         self,
-        robot: Robot,
+        follower: Follower,
         grid: Grid,
         seed: Float[np.ndarray, " n_y"],
-        steps: Steps,
-        imposed: tuple[int, ...],
         stride: int = 1,
     ):
-        self.robot, self.grid, self.steps = robot, grid, steps
-        self.imposed = imposed_rows(robot, imposed)
-        units = np.asarray(unknown_scales(robot))[list(grid.axes)]
+        self.follower, self.grid = follower, grid
+        units = self.units = np.asarray(unknown_scales(follower.robot))[list(grid.axes)]
         strides = 0.05 / float(np.max(grid.spacing / units))
         self.coarsest = max(stride, 2 ** max(0, int(np.floor(np.log2(max(strides, 1.0))))))
         margin = self.margin = self.coarsest
@@ -80,9 +74,7 @@ class Front:
 
     def _plant(self, seed) -> tuple[int, int]:
         """Follows the seed to the cell nearest to it."""
-        axes = list(self.grid.axes)
-        units = np.asarray(unknown_scales(self.robot))[axes]
-        begin = seed[axes] * units
+        begin = seed[list(self.grid.axes)] * self.units
         cell = self.grid.nearest(begin)
         goal = self.grid.points[cell]
         found = self._creep_along(seed[None], begin[None], goal[None])
@@ -165,7 +157,7 @@ class Front:
         # Batches of alike lanes: the best predicted need the fewest iterations.
         at, guess, sources = at[order], guess[order], sources[order]
         goals = self.grid.targets(self.point[at[:, 0], at[:, 1]])
-        found = advance_all(self.robot, self.imposed, self.grid.axes, guess, goals, self.steps)
+        found = self.follower.advance(guess, goals)
         good = (found.status == Status.SOLVED) & (found.sign == self.sign)
         good &= found.deviation < DEVIATION
         for k in range(2):
@@ -230,7 +222,7 @@ class Front:
 
     def _creep_along(self, start, begin, goal) -> Nearby:
         ways = self.grid.targets(begin), self.grid.targets(goal)
-        return creep(self.robot, self.imposed, self.grid.axes, start, *ways, self.steps)
+        return self.follower.creep(start, *ways)
 
     def _put(self, at, found: Nearby, good) -> None:
         cells = tuple(at[good].T)

@@ -15,6 +15,7 @@ from ..statics.roots import TOLERANCE
 from ..statics.unknowns import unknown_scales
 from .ahead import Ahead
 from .cells import Cell, look_at_cells
+from .follower import Follower
 from .front import Front
 from .grid import Grid
 from .limits import Limits
@@ -41,6 +42,7 @@ class Job(NamedTuple):
     steps: int
     refine: int
     parts: Parts
+    follower: Follower
     ahead: Ahead
     chunk: int
 

@@ -8,12 +8,10 @@ from jaxtyping import Array, Float
 
 from ..programs import program
 from ..robots.robot import Robot
-from ..rods.solver import Steps
 from ..statics.equilibrium import Equilibrium, base_wrenches
-from ..statics.problem import imposed_rows
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales, unravel
-from .creeping import creep
+from .follower import Follower
 from .grid import Grid
 
 _ALIKE = 1e-7
@@ -21,7 +19,7 @@ _ALIKE = 1e-7
 
 
 def is_mirror_symmetric(
-    robot: Robot, seed: Equilibrium, grid: Grid, imposed: Sequence[int], steps: Steps
+    follower: Follower, seed: Equilibrium, grid: Grid, imposed: Sequence[int]
 ) -> bool:
     """Whether a branch is mirrored where the first coordinate of a map turns its sign.
 
@@ -30,6 +28,7 @@ def is_mirror_symmetric(
     Maps whose first coordinate is a rotation, or that reach further to one side, count as not
     symmetric.
     """
+    robot = follower.robot
     geometry, n_a = robot.geometry, robot.n_a
     name = grid.names[0]
     if name not in geometry.axes:
@@ -48,8 +47,7 @@ def is_mirror_symmetric(
     if np.any(np.abs((signs - 1.0) * begin[held]) > _ALIKE * units[held]):
         return False
     starts = np.tile(np.asarray(seed.y) / units, (2, 1))
-    rows = imposed_rows(robot, imposed)
-    found = creep(robot, rows, grid.axes, starts, np.tile(begin, (2, 1)), goals, steps)
+    found = follower.creep(starts, np.tile(begin, (2, 1)), goals)
     if np.any(np.asarray(found.status) != Status.SOLVED):
         return False
     y = np.asarray(found.y)[:2] * units

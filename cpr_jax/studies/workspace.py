@@ -16,12 +16,13 @@ from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..rods.solver import Scheme
 from ..statics.equilibrium import Equilibrium, solve_inverse
-from ..statics.problem import imposed_coordinates
+from ..statics.problem import imposed_coordinates, imposed_rows
 from ..statics.roots import TOLERANCE
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
 from .ahead import compile_ahead
 from .cells import Cell
+from .follower import Follower
 from .front import Front
 from .grid import make_grid, out_of_reach
 from .limits import Limits
@@ -36,6 +37,9 @@ from .versions import versions
 
 _CHUNK = 1024
 """Cells looked at in one call, on small grids an eighth of them; finished ones are kept."""
+
+_MANY = 100_000
+"""Cells from which on it pays to compile for longer what follows them."""
 
 _FINEST = 6
 """How often a spacing may be halved."""
@@ -116,14 +120,14 @@ def workspace_map(
         )
     chunk = _CHUNK if grid.shape[0] * grid.shape[1] > 4 * _CHUNK else _CHUNK // 8
     folder = None if out is None else pathlib.Path(out)
-    with compile_ahead(
-        robot, selection, half_ranges, grid.axes, places, steps, coarse(steps), chunk
-    ) as ahead:
+    many = grid.shape[0] * grid.shape[1] > _MANY
+    follower = Follower(robot, imposed_rows(robot, places), grid.axes, coarse(steps), many)
+    with compile_ahead(follower, selection, half_ranges, places, steps, chunk) as ahead:
         if seed is None:
             seed = solve_inverse(robot, begin[list(places)], imposed=imposed, steps=steps)
         ahead.wait("follow")
         if symmetry is None:
-            symmetry = box is None and is_mirror_symmetric(robot, seed, grid, places, coarse(steps))
+            symmetry = box is None and is_mirror_symmetric(follower, seed, grid, places)
         begin = np.concatenate([seed.q_a, seed.q_p])
         grid = make_grid(robot, begin, spacing, corners, axes, symmetry, refine)
         configuration = _configuration(
@@ -145,6 +149,7 @@ def workspace_map(
             steps,
             refine,
             parts,
+            follower,
             ahead,
             chunk,
         )
@@ -197,9 +202,9 @@ def _finished(path: pathlib.Path, configuration: dict) -> xr.Dataset | None:
 
 
 def _map(job: Job, bar: tqdm) -> xr.Dataset:
-    robot, seed, grid, imposed, selection, delta, limits, steps, refine, _, ahead, _ = job
+    robot, seed, grid, imposed, selection, delta, limits, steps, refine, _, follower, ahead, _ = job
     units = np.asarray(unknown_scales(robot))
-    front = Front(robot, grid, np.asarray(seed.y) / units, coarse(steps), imposed, 2**refine)
+    front = Front(follower, grid, np.asarray(seed.y) / units, 2**refine)
     wanted, looked, seen = {}, [], np.zeros_like(front.solved)
     seam = np.zeros(grid.shape, bool)
     size = np.full(front.solved.shape, np.nan)

@@ -26,13 +26,13 @@ cells = np.zeros(0)
 if {processes} == 1:
     from cpr_jax.statics.problem import inverse_rows
     from cpr_jax.statics.unknowns import unknown_scales
-    from cpr_jax.studies.creeping import advance_all
+    from cpr_jax.studies.follower import Follower
     seed = cpr.solve_inverse(robot, (0.05, 0.15))
     goals = np.zeros((300, 4))
     goals[:, 2:] = (0.05, 0.15) + 1e-3 * np.random.default_rng(0).normal(size=(300, 2))
     guess = np.tile(np.asarray(seed.y / unknown_scales(robot)), (300, 1))
     guess[:, 2:4] = goals[:, 2:] / 0.25
-    cells = advance_all(robot, inverse_rows(robot), (2, 3), guess, goals, 5).y
+    cells = Follower(robot, inverse_rows(robot), (2, 3), 5).advance(guess, goals).y
 assert len(jax.local_devices()) == {devices} and jax.process_count() == {processes}
 np.savez(
     sys.argv[1], rho=study.rho, q_p=study.q_p, status=study.status, inside=study.inside,

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import cpr_jax as cpr
-from cpr_jax.statics.problem import imposed_coordinates
+from cpr_jax.statics.problem import imposed_coordinates, imposed_rows
+from cpr_jax.studies.follower import Follower
 from cpr_jax.studies.grid import make_grid
 from cpr_jax.studies.symmetry import is_mirror_symmetric
 from cpr_jax.studies.workspace import coarse
@@ -17,7 +18,8 @@ def judged(robot, imposed=None, names=None, box=None, target=None):
     begin = np.concatenate([seed.q_a, seed.q_p])
     grid = make_grid(robot, begin, None, box, names)
     places = imposed_coordinates(robot, imposed)
-    return is_mirror_symmetric(robot, seed, grid, places, coarse(20))
+    follower = Follower(robot, imposed_rows(robot, places), grid.axes, coarse(20))
+    return is_mirror_symmetric(follower, seed, grid, places)
 
 
 def held_body(f_P=(0.0, -0.3), k_b=(0.0183, 0.0183)):
