@@ -257,8 +257,16 @@ def hot_program(function: _Function) -> _Function:
 
 
 def started(job: Callable[[], None]) -> threading.Thread:
-    """A thread that compiles what will be needed; to be joined before it is."""
-    thread = threading.Thread(target=job, name="cpr_jax-compile", daemon=True)
+    """A thread that compiles what will be needed; to be joined before it is.
+
+    What goes wrong in it is left for whoever then calls the program, and meets the same mistake.
+    """
+
+    def quietly() -> None:
+        with contextlib.suppress(Exception):
+            job()
+
+    thread = threading.Thread(target=quietly, name="cpr_jax-compile", daemon=True)
     thread.start()
     return thread
 

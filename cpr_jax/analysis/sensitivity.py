@@ -47,9 +47,9 @@ class Sensitivity(eqx.Module):
         rows for a point.
     - `delta`: half ranges δρ (6), shape `(n_ρ,)`.
     - `y`, `rho`: nominal unknowns and parameters.
-    - `platform_stiffness`: `∂(Σ n_i)/∂p_P` with the motors held, and for a body the moments and
-        rotations too, shape `(n_p, n_p)`, N/m, N, N·m. Symmetric; positive definite where the
-        platform is stable.
+    - `platform_stiffness`: `∂(Σ n_i)/∂p_P` with the motors held, and for a body the moments per
+        small rotation about the world axes too, shape `(n_p, n_p)`, N/m, N, N·m. Symmetric where
+        all loads have a potential; positive definite where the platform is stable.
     - `rows`, `columns`: labels of y and ρ; `column_units`: SI units of ρ.
     - `hold`: what was held.
     """
@@ -248,6 +248,8 @@ def slopes_at(robot: Robot, y: Float[Array, " n_y"], selection: Selection, steps
     stiffness = -(by_p[:n_p] + by_mu[:n_p] @ wrench_by_p)
     wrench_units = scales(robot).wrench(robot)[:n_p]
     stiffness = stiffness * wrench_units[:, None] / units[n_a : n_a + n_p]
+    # From rotation vectors to small rotations about the world axes.
+    stiffness = stiffness @ inverse(jnp.eye(n_p).at[d:, d:].set(turned))
     return Slopes(answers, stiffness, rho)
 
 

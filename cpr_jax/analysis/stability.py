@@ -60,8 +60,9 @@ def stability(robot: Robot, equilibrium: Equilibrium, steps: int = DEFAULT_STEPS
     `(steps π / 2)² k_b / l²`.
 
     NaN-valued equilibria give an index of -1. What has no energy is judged by its nearest kin:
-    rods under distributed moments by the symmetric part of their flexibility, joints with a
-    `lever` of 0 as if it were 1.
+    rods under distributed moments by the symmetric part of their flexibility, a body in space under
+    a dead moment `m_P` by the symmetric part of its stiffness, joints with a `lever` of 0 as if it
+    were 1. There an index of 0 is no proof of stability.
     """
     return _stability(robot, equilibrium.y, steps)
 

@@ -9,11 +9,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
-from matplotlib.patches import Ellipse, Patch
+from matplotlib.patches import Ellipse
 
 from ..robots.robot import Robot
-from ..statics.status import Status
-from .style import BLACK, GREY, ORANGE, PAGE, VERMILION
+from .style import BLACK, ORANGE, PAGE
+from .zones import LINES, edges_of, legend_of, zones_of
 
 _LOGARITHMIC = ("semi_axis_max", "semi_axis_min", "ellipse_area", "sigma_t1", "sigma_t2")
 _LENGTHS = ("semi_axis_max", "semi_axis_min")
@@ -35,7 +35,7 @@ def plot_map(
     """A variable of a workspace map in colours, with the singular lines and unstable zones.
 
     Lengths are shown in mm, angles in degrees. Every cell has one colour: nothing is
-    interpolated. Cells within reach but without an equilibrium are hatched.
+    interpolated. Cells within reach but without an equilibrium, or beyond a limit, are hatched.
 
     **Arguments:**
 
@@ -46,7 +46,7 @@ def plot_map(
     - `mesh`: for `matplotlib`'s `pcolormesh`, such as `norm` or `cmap`.
     """
     if ax is None:
-        ax = plt.subplots()[1]
+        ax = plt.subplots(layout="constrained")[1]
     names, factors = _axes(dataset)
     x, z = (f * dataset[name].values for f, name in zip(factors, names, strict=True))
     data = dataset[variable]
@@ -61,12 +61,11 @@ def plot_map(
     mesh = {"cmap": "viridis", "rasterized": True, "shading": "nearest", **mesh}
     drawn = ax.pcolormesh(x, z, shown.T, **mesh)
 
-    within = ~solved & (dataset["status"].values != Status.OUT_OF_REACH)
-    _hatch(ax, x, z, within, "xxxxx", GREY)
-    if unstable:
-        _hatch(ax, x, z, solved & (dataset["stable"].values == 0), "////", "white")
+    for zone in zones_of(dataset):
+        if unstable or zone.name != "unstable":
+            zone.draw(ax, (edges_of(x), edges_of(z)))
     if lines:
-        for name, colour in (("t1_line", BLACK), ("t2_line", VERMILION)):
+        for name, (_, colour) in reversed(LINES.items()):
             for curve in dataset[name].values:
                 ax.plot(*(curve * factors).T, color=colour, lw=1.1, zorder=4)
     if robot is not None and _of_the_plane(dataset, robot):
@@ -81,7 +80,10 @@ def plot_map(
         unit = "mm" if variable in _LENGTHS else data.attrs.get("units", "1")
         text = re.sub(r"\bA_([pq])\b", r"$\\mathbf{A}_\1$", data.attrs.get("long_name", variable))
         label = text if unit == "1" else f"{text} ({unit})"
-        ax.figure.colorbar(drawn, ax=ax, label=label, extend="both", location="bottom", pad=0.02)
+        # Only a layout engine keeps it off the labels of the axis by itself.
+        free = ax.figure.get_figure(root=True).get_layout_engine() is None
+        look: Any = {"location": "bottom", "pad": 0.15 if free else 0.02}
+        ax.figure.colorbar(drawn, ax=ax, label=label, extend="both", **look)
     return ax
 
 
@@ -124,9 +126,16 @@ def figure_of_map(dataset: xr.Dataset, robot: Robot) -> Figure:
     """Two panels: the larger semi-axis, and σ_min of A_p with the unstable zones."""
     solved = dataset["index"].values >= 0
     rows, columns = np.nonzero(solved)
+    curves = np.concatenate([dataset[name].values for name in LINES])
     names, factors = _axes(dataset)
     first, second = (f * dataset[name].values for f, name in zip(factors, names, strict=True))
-    spans = [first[rows.max()] - first[rows.min()], second[columns.max()] - second[columns.min()]]
+    views = [
+        _view(centers, places, np.ravel(curves[..., k]) * factor)
+        for k, (centers, places, factor) in enumerate(
+            zip((first, second), (rows, columns), factors, strict=True)
+        )
+    ]
+    spans = [high - low for low, high in views]
     ratio = spans[1] / spans[0] if factors[0] == factors[1] else 1.0
     height = np.clip(0.36 * PAGE * ratio, 2.2, 4.6) + 1.6
     width = np.clip(2.0 * (height - 1.6) / ratio + 2.4, 0.75 * PAGE, PAGE)
@@ -139,14 +148,9 @@ def figure_of_map(dataset: xr.Dataset, robot: Robot) -> Figure:
     for ax in axes:
         equal = factors[0] == factors[1]
         margins = [0.03 * (max(spans) if equal else span) for span in spans]
-        ax.set_xlim(first[rows.min()] - margins[0], first[rows.max()] + margins[0])
-        ax.set_ylim(second[columns.min()] - margins[1], second[columns.max()] + margins[1])
-    handles = [
-        plt.Line2D([], [], color=VERMILION, lw=1.4, label="Type 2"),
-        plt.Line2D([], [], color=BLACK, lw=1.4, label="Type 1"),
-        Patch(fc="white", ec=GREY, hatch="xxxxx", label="beyond a fold", lw=0.0),
-        Patch(fc="#414d6b", ec="white", hatch="////", label="unstable", lw=0.0),
-    ]
+        ax.set_xlim(views[0][0] - margins[0], views[0][1] + margins[0])
+        ax.set_ylim(views[1][0] - margins[1], views[1][1] + margins[1])
+    handles = legend_of(dataset)
     if _of_the_plane(dataset, robot):
         motor: Any = {"ls": "", "marker": "o", "mfc": "white", "mec": BLACK, "label": "motor"}
         handles.append(plt.Line2D([], [], **motor))
@@ -154,15 +158,13 @@ def figure_of_map(dataset: xr.Dataset, robot: Robot) -> Figure:
     return figure
 
 
-def _hatch(ax: Axes, x, z, where, pattern: str, colour: str) -> None:
-    """Hatches cells; a contour at a half keeps to the edges of the cells well enough."""
-    if not np.any(where):
-        return
-    with plt.rc_context({"hatch.linewidth": 0.6}):
-        area = where.T.astype(float)
-        drawn = ax.contourf(x, z, area, [0.5, 1.5], colors="none", hatches=[pattern])
-        drawn.set_edgecolor(colour)
-        drawn.set_linewidth(0.0)
+def _view(centers, solved, curves) -> tuple[float, float]:
+    """From where to where solved cells, and the curves beside them, reach along an axis."""
+    edges = edges_of(centers)
+    ends = np.concatenate([[edges[solved.min()], edges[solved.max() + 1]], curves])
+    # A curve ends with a point outside of the grid.
+    ends = np.clip(ends, edges[0], edges[-1])
+    return float(np.nanmin(ends)), float(np.nanmax(ends))
 
 
 def _axes(dataset: xr.Dataset) -> tuple[list[str], np.ndarray]:

@@ -5,6 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import check_shape
+from ..errors import InputError
 from ..geometry import AbstractGeometry, Numbers, namespace
 from ..rods.rod import Rod
 from .joint import BaseJoint, Joint, pivot
@@ -74,31 +76,49 @@ def make_leg(
     """A leg with the usual defaults: a revolute motor, a pivot, no rigid segments.
 
     `a`, `b` and `stroke` are vectors in the axes of the rod's ends, or lengths along its tangent.
-    """
 
-    def along_tangent(segment):
+    **Raises:** `InputError` for shapes that do not fit, and parts of the other geometry.
+    """
+    d, r = geometry.d, geometry.r
+
+    def along_tangent(name, segment):
+        check_shape(name, segment, (), (d,))
         xp = namespace(segment)
         segment = xp.asarray(segment, float)
         rest = np.zeros(geometry.d - 1)
         return jnp.asarray(segment if segment.ndim else xp.append(segment, rest))
 
-    def vector(value, size):
+    def vector(name, value, size):
         if value is None:
             return jnp.asarray(np.zeros(size))
+        check_shape(name, value, (size,), *([()] if size == 1 else []))
         xp = namespace(value)
         return jnp.asarray(xp.asarray(value, float).reshape(size))
 
+    parts = {
+        "rod": (rod.precurvature, r),
+        "joint": (None if joint is None else joint.free, geometry.freedoms),
+        "base_joint": (None if base_joint is None else base_joint.free, geometry.freedoms),
+    }
+    for name, (numbers, size) in parts.items():
+        if numbers is not None and np.shape(numbers)[-1] != size:
+            raise InputError(
+                f"Argument `{name}` must be made for the geometry of the leg, {geometry!r}, but it "
+                "is for another."
+            )
     return Leg(
-        base_position=jnp.asarray(base_position, float),
-        base_rotation=vector(base_rotation, geometry.r),
-        screw=revolute_screw(geometry) if screw is None else jnp.asarray(screw, float),
-        a=along_tangent(a),
+        base_position=vector("base_position", base_position, d),
+        base_rotation=vector("base_rotation", base_rotation, r),
+        screw=revolute_screw(geometry)
+        if screw is None
+        else vector("screw", screw, geometry.freedoms),
+        a=along_tangent("a", a),
         rod=rod,
-        b=along_tangent(b),
+        b=along_tangent("b", b),
         joint=pivot(geometry) if joint is None else joint,
-        attachment_position=vector(attachment_position, geometry.d),
-        attachment_rotation=vector(attachment_rotation, geometry.r),
+        attachment_position=vector("attachment_position", attachment_position, d),
+        attachment_rotation=vector("attachment_rotation", attachment_rotation, r),
         feed=None if feed is None else jnp.asarray(feed, float),
-        stroke=None if stroke is None else along_tangent(stroke),
+        stroke=None if stroke is None else along_tangent("stroke", stroke),
         base_joint=base_joint,
     )

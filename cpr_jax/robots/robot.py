@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import check_positive, check_shape
 from ..errors import InputError
 from ..geometry import SPACE, AbstractGeometry, Components, Numbers, namespace
 from ..rods.rod import Rod, Segments
@@ -135,6 +136,8 @@ def make_robot(
     **Arguments:** as the attributes of `Robot`, and
 
     - `loads`: pairs of a point of the platform and the force there, see `PointLoads`.
+
+    **Raises:** `InputError` for shapes that do not fit, and legs of the other geometry.
     """
     if len(legs) == 0:
         raise InputError("Argument `legs` must hold at least one leg, but it is empty.")
@@ -144,20 +147,41 @@ def make_robot(
             f"it has {len(loads)} entries."
         )
 
-    def vector(value, size):
+    d, r = geometry.d, geometry.r
+    for i, leg in enumerate(legs):
+        if np.shape(leg.base_position) != (d,):
+            raise InputError(
+                f"Argument `legs` must hold legs of the robot's geometry, {geometry!r}, but leg "
+                f"{i + 1} is of another."
+            )
+
+    def vector(name, value, size):
+        if value is not None:
+            check_shape(name, value, (size,), *([()] if size == 1 else []))
         return jnp.asarray(np.zeros(size) if value is None else value, float)
 
+    for k, load in enumerate(loads):
+        for part in load:
+            check_shape(f"loads[{k}]", part, (d,))
+    ways = jnp.asarray(np.eye(len(legs)) if transmission is None else transmission)
+    if ways.ndim != 2 or len(ways) != len(legs):
+        check_shape("transmission", ways, (len(legs), ways.shape[-1] if ways.ndim else 1))
+    for label, half_range in (uncertainty or {}).items():
+        check_positive(f"uncertainty[{label!r}]", half_range, or_zero=True)
     stacked = _stack(legs)
     known = None
     if home is not None:
-        known = Home(jnp.asarray(home[0], float), jnp.asarray(home[1], float))
+        q_a, q_p = (jnp.asarray(part, float) for part in home)
+        check_shape("home[0]", q_a, (ways.shape[1],))
+        check_shape("home[1]", q_p, (d + r if oriented else d,))
+        known = Home(q_a, q_p)
     return Robot(
         geometry=geometry,
         legs=stacked,
         oriented=oriented,
-        f_P=vector(f_P, geometry.d),
-        m_P=vector(m_P, geometry.r).reshape(-1),
-        transmission=jnp.asarray(np.eye(len(legs)) if transmission is None else transmission),
+        f_P=vector("f_P", f_P, d),
+        m_P=vector("m_P", m_P, r).reshape(-1),
+        transmission=ways,
         home=known,
         uncertainty={k: jnp.asarray(v, float) for k, v in (uncertainty or {}).items()},
         name=name,

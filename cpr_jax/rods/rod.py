@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import check_positive, check_shape
 from ..geometry import AbstractGeometry, Numbers, namespace
 from .section import Material, Section
 
@@ -78,7 +79,20 @@ def kirchhoff_rod(
     - `k_b`: bending stiffness, N·m²; in space `(k_t, k_2, k_3)`, or one number for all three.
     - `precurvature`: `1 / r_c`, 1/m; in space a vector, or one number for the axis 3.
     - `force`, `moment`: distributed dead load in world axes, N/m and N.
+
+    **Raises:** `InputError` for shapes that do not fit, and lengths and stiffnesses that are not
+    positive.
     """
+    r = geometry.r
+    for name, value in (("length", length), ("k_b", k_b)):
+        check_positive(name, value)
+    check_shape("length", length, ())
+    check_shape("k_b", k_b, (), (r,))
+    check_shape("precurvature", precurvature, (), (r,))
+    if force is not None:
+        check_shape("force", force, (geometry.d,))
+    if moment is not None:
+        check_shape("moment", moment, (r,), *([()] if r == 1 else []))
     xp = namespace(k_b, precurvature)
     rest = xp.asarray(precurvature, float)
     if rest.ndim == 0:
@@ -110,9 +124,12 @@ def section_rod(
     - `gravity`: acceleration in world axes, m/s², shape `(d,)`; the rod then carries its weight
         `density area gravity`.
     """
+    check_positive("material.E", material.E)
+    check_positive("section.area", section.area)
     curvature, strain = section.compliances(geometry, material)
     weight = None
     if gravity is not None:
+        check_shape("gravity", gravity, (geometry.d,))
         weight = material.density * section.area * jnp.asarray(gravity, float)
     rod = kirchhoff_rod(geometry, length, 1.0 / curvature, precurvature, force=weight)
     if not extensible:

@@ -5,6 +5,7 @@ import dataclasses
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..checks import check_positive
 from ..geometry import AbstractGeometry
 
 
@@ -64,6 +65,8 @@ def rectangle(width: float, height: float) -> Section:
     Bending in the plane is about axis 3: `I_3 = height width³ / 12`. The torsion constant is
     Saint-Venant's series cut after its first term, exact to 0.5 %.
     """
+    check_positive("width", width)
+    check_positive("height", height)
     long, short = max(width, height), min(width, height)
     ratio = short / long
     torsion = long * short**3 * (1.0 / 3.0 - 0.21 * ratio * (1.0 - ratio**4 / 12.0))
@@ -78,6 +81,7 @@ def rectangle(width: float, height: float) -> Section:
 
 def circle(radius: float, shear_factor: float = 0.9) -> Section:
     """A full circle of the given radius, m."""
+    check_positive("radius", radius)
     area = jnp.pi * radius**2
     second = jnp.pi * radius**4 / 4.0
     return Section(area=area, I_2=second, I_3=second, J=2.0 * second, shear_factor=shear_factor)

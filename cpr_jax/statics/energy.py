@@ -62,7 +62,7 @@ def integrated(robot: Robot, y: Float[Array, " n_y"], steps: Steps) -> Rods:
 def potential_energy(robot: Robot, y: Float[Array, " n_y"], steps: Steps) -> Float[Array, ""]:
     """Elastic energy of the rods and potential of the dead forces, J.
 
-    Distributed moments, and moments on a spatial body, have no potential and are left out.
+    Distributed moments, and `m_P` on a body in space, have no potential and are left out.
     """
     return total_energy(robot, y, integrated(robot, y, steps))
 

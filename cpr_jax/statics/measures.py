@@ -32,7 +32,9 @@ class Measures(eqx.Module):
     - `tip_error`: estimated error of the integration at the rods' tips, in rod lengths.
     - `unbalanced`: estimated error of the integration in `R₀`, in units of `scales(robot)`: its
         largest entry with twice the steps.
-    - `energy`: total potential energy, of the rods and of dead loads, J.
+    - `energy`: total potential energy, of the rods and of dead loads, J. Distributed moments on
+        rods, and `m_P` on a body in space, have no potential: they are not part of it, and where
+        they act the torques are not its slopes.
     - `bows`: which way and how far each rod bows, shape `(n,)`: mean distance from the line between
         its base and its joint, over its length; in the plane positive where it bows to the left
         of the way from base to joint, in space without a sign. Their signs name a branch.

@@ -1,5 +1,7 @@
 """All equilibria of a robot at one point or at one set of motor positions."""
 
+from collections.abc import Sequence
+from functools import partial
 from typing import NamedTuple
 
 import equinox as eqx
@@ -16,8 +18,14 @@ from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.energy import bows_of, integrated, total_energy
-from ..statics.equilibrium import Equilibrium, polish
-from ..statics.problem import Problem, forward_rows, inverse_rows
+from ..statics.equilibrium import Equilibrium, polish, solve_forward, solve_inverse
+from ..statics.problem import (
+    Problem,
+    forward_rows,
+    imposed_coordinates,
+    imposed_rows,
+    inverse_rows,
+)
 from ..statics.roots import find_root
 from ..statics.status import Status
 from ..statics.unknowns import scales, unknown_scales
@@ -74,6 +82,7 @@ def find_equilibria(
     point: Numbers | None = None,
     q_a: Numbers | None = None,
     *,
+    imposed: Sequence[str] | None = None,
     starts: int = 4096,
     seed: int = 0,
     steps: int = DEFAULT_STEPS,
@@ -81,12 +90,14 @@ def find_equilibria(
     """All equilibria with the platform at a point, or with the motors at `q_a`.
 
     Newton's method from many starts that cover motor positions, platform poses and base wrenches
-    evenly (a scrambled Sobol sequence), solutions told apart by their unknowns. It proves nothing
-    about what it did not find; `unseen` estimates how much that is.
+    evenly (a scrambled Sobol sequence), solutions told apart by their unknowns. One more start is
+    the equilibrium on the branch of the robot's home, where it has one. It proves nothing about
+    what it did not find; `unseen` estimates how much that is.
 
     **Arguments:**
 
     - `point`, `q_a`: one of them, SI units.
+    - `imposed`: names of the coordinates that `point` holds, as in `solve_inverse`.
     - `starts`, `seed`: how many starts, and the seed of their scrambling.
     """
     if (point is None) == (q_a is None):
@@ -94,22 +105,28 @@ def find_equilibria(
     check_integer("starts", starts)
     check_integer("seed", seed, least=0)
     check_integer("steps", steps)
-    n_a, n_p = robot.n_a, robot.n_p
+    n_a = robot.n_a
     if point is not None:
-        imposed, size, name, given = inverse_rows(robot), n_p, "point", point
+        places, name, given = imposed_coordinates(robot, imposed), "point", point
     else:
         assert q_a is not None
-        imposed, size, name, given = forward_rows(robot), n_a, "q_a", q_a
+        places, name, given = tuple(range(n_a)), "q_a", q_a
     values = np.asarray(given, float)
-    if values.shape != (size,) or not np.all(np.isfinite(values)):
-        raise InputError(f"Argument `{name}` must be {size} finite numbers, but it is {given!r}.")
-    target = np.zeros(n_a + n_p)
-    target[slice(n_a, None) if point is not None else slice(0, n_a)] = values
-    problem = Problem(robot, imposed, jnp.asarray(target))
+    if values.shape != (n_a,) or not np.all(np.isfinite(values)):
+        raise InputError(f"Argument `{name}` must be {n_a} finite numbers, but it is {given!r}.")
+    target = np.zeros(n_a + robot.n_p)
+    target[list(places)] = values
+    problem = Problem(robot, imposed_rows(robot, places), jnp.asarray(target))
 
     units = np.asarray(unknown_scales(robot))
     coarse = max(2, (steps + 1) // 2)
-    y, solved = _newton(problem, _starts(robot, target, units, starts, seed), coarse)
+    first = _starts(robot, target, places, units, starts, seed)
+    if robot.home is not None:
+        solve = solve_forward if point is None else partial(solve_inverse, imposed=imposed)
+        at_home = solve(robot, values, throw=False)
+        if int(at_home.status) == Status.SOLVED:
+            first = np.concatenate([np.asarray(at_home.y)[None], first])
+    y, solved = _newton(problem, first, coarse)
     distinct, hits = _distinct(_principal(robot, y[solved]), units)
     for _ in range(_ROUNDS if len(distinct) else 0):
         y, solved = _newton(problem, _recombined(robot, distinct, units, seed), coarse)
@@ -136,7 +153,7 @@ def _batches(rows: np.ndarray) -> list[np.ndarray]:
     return [padded(rows[k : k + _LANES], _LANES) for k in range(0, len(rows), _LANES)]
 
 
-def _starts(robot: Robot, target, units, count: int, seed: int) -> np.ndarray:
+def _starts(robot: Robot, target, places, units, count: int, seed: int) -> np.ndarray:
     """Starting unknowns in SI units."""
     cube = qmc.Sobol(units.size, rng=seed).random(2 ** int(np.ceil(np.log2(count))))[:count]
     spread = 2.0 * cube - 1.0
@@ -154,8 +171,8 @@ def _starts(robot: Robot, target, units, count: int, seed: int) -> np.ndarray:
     middle = np.zeros(units.size)
     middle[n_a : n_a + d] = np.mean(np.asarray(robot.legs.base_position), axis=0)
     y = middle + units * spread
-    if np.any(target[n_a:] != 0.0):
-        y[:, n_a:n_q] = target[n_a:]
+    held = [place for place in places if place >= n_a]
+    y[:, held] = target[held]
     return y
 
 

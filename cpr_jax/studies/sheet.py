@@ -9,7 +9,11 @@ from .grid import Grid
 from .parallel import in_parallel
 
 _SAME_SHEET = 0.3
-"""Largest difference of the motors, dimensionless, between a curve and the cells around it."""
+"""Largest difference of the motors, dimensionless, between a curve and the cells around it, where
+cells lie close together; elsewhere twice the difference that is rare among neighbours."""
+
+_RARE = 90.0
+"""Per cent of the neighbours that differ by less."""
 
 
 def singular_lines(
@@ -47,14 +51,22 @@ class _Sheet:
         self.axes = list(grid.axes)
         self.units = np.asarray(unknown_scales(robot))
         self.y = np.where(solved[..., None], y, np.nan) / self.units
+        gaps = np.concatenate([np.ravel(self._gaps(axis)) for axis in (0, 1)])
+        gaps = gaps[np.isfinite(gaps)]
+        rare = float(np.percentile(gaps, _RARE)) if len(gaps) else 0.0
+        self.alike = max(_SAME_SHEET, 2.0 * rare)
+
+    def _gaps(self, axis: int) -> np.ndarray:
+        """By how much the motors of neighbours along an axis differ."""
+        low, high = (_along(axis, part) for part in (slice(None, -1), slice(1, None)))
+        return np.max(np.abs(self.y[low] - self.y[high])[..., : self.n_a], axis=-1)
 
     def crossings(self, sign):
         """Middles of the edges at whose ends a sign differs, on one sheet; and their axis."""
         starts, along = [], []
         for axis in (0, 1):
             low, high = (_along(axis, part) for part in (slice(None, -1), slice(1, None)))
-            gap = np.max(np.abs(self.y[low] - self.y[high])[..., : self.n_a], axis=-1)
-            changes = (sign[low] * sign[high] < 0.0) & (gap < _SAME_SHEET)
+            changes = (sign[low] * sign[high] < 0.0) & (self._gaps(axis) < self.alike)
             starts.append(0.5 * (self.y[low] + self.y[high])[changes])
             along.append(np.full(len(starts[-1]), axis))
         return np.concatenate(starts), np.concatenate(along)
@@ -83,7 +95,7 @@ class _Sheet:
                 there = self.y[cell[:, 0], cell[:, 1], : self.n_a]
                 gap = np.max(np.abs(there - z[:, : self.n_a]), axis=1)
                 best = np.fmin(best, np.where(np.isnan(gap), np.inf, gap))
-        return best < _SAME_SHEET
+        return best < self.alike
 
 
 def _along(axis: int, part: slice) -> tuple[slice, slice]:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import cpr_jax as cpr
 from cpr_jax.errors import InputError
 from cpr_jax.robots.catalogue import rfrfr_straight
 from cpr_jax.statics.equilibrium import solve_inverse
@@ -84,10 +85,21 @@ def test_forward_solutions(robot, found):
     np.testing.assert_allclose(inverse(straight(), forward.y[0][2:4], forward.y[0]), forward.y[0])
 
 
+def test_the_branch_of_the_home_is_found_however_few_the_starts():
+    """Three motors in space that put a body where they like, but not how it is turned."""
+    body = cpr.three_rfs()
+    found = find_equilibria(body, (0.0, 0.0, 0.28), imposed=("x", "y", "z"), starts=4)
+    home = solve_inverse(body, (0.0, 0.0, 0.28), imposed=("x", "y", "z"))
+    gaps = np.max(np.abs(found.y - np.asarray(home.y)), axis=1)
+    assert np.min(gaps) < 1e-8
+    assert found.unstable[np.argmin(gaps)] == 0
+
+
 @pytest.mark.parametrize(
     ("options", "field"),
     [
         ({}, "point"),
+        ({"point": (0.1, 0.8), "imposed": ("y", "x")}, "imposed"),
         ({"point": (0.0, 0.1), "q_a": (0.0, 0.1)}, "q_a"),
         ({"point": (0.0,)}, "point"),
         ({"point": (0.1, 0.8), "starts": 0}, "starts"),

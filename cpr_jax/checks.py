@@ -1,0 +1,31 @@
+"""What numbers must be to describe a robot, traced ones as far as they are known."""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .errors import InputError, shown
+
+
+def check_shape(name: str, value: Any, *shapes: tuple[int, ...]) -> None:
+    """Refuses numbers, traced ones too, that have none of some shapes."""
+    shape = np.shape(jnp.asarray(value) if _is_traced(value) else value)
+    if shape not in shapes:
+        expected = " or ".join(map(str, shapes))
+        raise InputError(f"Argument `{name}` must have shape {expected}, but it has shape {shape}.")
+
+
+def check_positive(name: str, value: Any, or_zero: bool = False) -> None:
+    """Refuses numbers that are not positive; traced ones are not known."""
+    if _is_traced(value):
+        return
+    numbers = np.asarray(value)
+    if np.any(numbers < 0.0) or (not or_zero and np.any(numbers == 0.0)):
+        expected = "not be negative" if or_zero else "be positive"
+        raise InputError(f"Argument `{name}` must {expected}, but it is {shown(value)}.")
+
+
+def _is_traced(value: Any) -> bool:
+    return any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(value))

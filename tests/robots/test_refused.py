@@ -1,0 +1,91 @@
+"""Numbers that make no robot: each is refused where it is given, and named."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import cpr_jax as cpr
+from cpr_jax.errors import InputError
+from cpr_jax.geometry import PLANE, SPACE
+
+
+def rod(**changes):
+    given = {"length": 0.3, "k_b": 0.1} | changes
+    return cpr.kirchhoff_rod(SPACE, **given)
+
+
+def leg(base=(0.1, 0.0, 0.0), **changes):
+    given = {"rod": rod(), "joint": cpr.spherical(SPACE)} | changes
+    return cpr.make_leg(SPACE, base, **given)
+
+
+def robot(legs=None, **changes):
+    legs = [leg()] * 3 if legs is None else legs
+    return cpr.make_robot(SPACE, legs, oriented=True, **changes)
+
+
+def sectioned(radius=1e-3, E=2e11, gravity=None):
+    return cpr.section_rod(SPACE, 0.3, cpr.circle(radius), cpr.Material(E), gravity=gravity)
+
+
+def planar_leg():
+    return cpr.make_leg(PLANE, (0.0, 0.0), cpr.kirchhoff_rod(PLANE, 0.3, 0.1))
+
+
+MISTAKES = {
+    "length": lambda: rod(length=-0.3),
+    "k_b": lambda: rod(k_b=(0.1, 0.2)),
+    "k_b` must be positive": lambda: rod(k_b=0.0),
+    "precurvature": lambda: rod(precurvature=(1.0, 2.0)),
+    "force": lambda: rod(force=-9.81),
+    "moment": lambda: rod(moment=(0.0, 0.1)),
+    "material.E": lambda: sectioned(E=-2e11),
+    "radius": lambda: sectioned(radius=-1e-3),
+    "width": lambda: cpr.rectangle(0.0, 1e-3),
+    "height": lambda: cpr.rectangle(1e-3, -1e-3),
+    "gravity": lambda: sectioned(gravity=-9.81),
+    "base_position": lambda: leg(base=(0.1, 0.0)),
+    "base_rotation": lambda: leg(base_rotation=0.1),
+    "attachment_position": lambda: leg(attachment_position=(0.1, 0.0)),
+    "attachment_rotation": lambda: leg(attachment_rotation=(0.1, 0.0)),
+    "screw": lambda: leg(screw=cpr.revolute_screw(PLANE)),
+    "stroke": lambda: leg(stroke=(0.1, 0.0)),
+    "a": lambda: leg(a=(0.1, 0.0)),
+    "rod": lambda: leg(rod=cpr.kirchhoff_rod(PLANE, 0.3, 0.1)),
+    "joint": lambda: leg(joint=cpr.pivot(PLANE)),
+    "base_joint": lambda: leg(base_joint=cpr.passive(PLANE, cpr.pivot(PLANE))),
+    "legs": lambda: robot(legs=[leg(), planar_leg()]),
+    "f_P": lambda: robot(f_P=(0.0, -1.0)),
+    "m_P": lambda: robot(m_P=0.1),
+    "loads[0]": lambda: robot(loads=[((0.0, 0.0), (0.0, 0.0, -1.0))]),
+    "transmission": lambda: robot(transmission=np.eye(2)),
+    "home[0]": lambda: robot(home=(np.zeros(2), np.zeros(6))),
+    "home[1]": lambda: robot(home=(np.zeros(3), np.zeros(3))),
+    "uncertainty['l1']": lambda: robot(uncertainty={"l1": -1e-3}),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_mistake_is_named(name):
+    with pytest.raises(InputError, match=r"^Argument") as raised:
+        MISTAKES[name]()
+    assert f"`{name.partition('`')[0]}`" in str(raised.value)
+    assert "\n" not in str(raised.value)
+
+
+def test_traced_numbers_are_known_by_their_shapes():
+    """Their signs are not: a design may pass through them while it is optimised."""
+
+    def stiffness(length):
+        made = cpr.kirchhoff_rod(SPACE, length, [length, 2.0 * length, 1.0])
+        return jnp.sum(1.0 / made.curvature_compliance) * made.length
+
+    slope = jax.jit(jax.grad(stiffness))
+    assert slope(-0.5) == pytest.approx(1.0 - 3.0)
+
+    def shaped(numbers):
+        return cpr.kirchhoff_rod(SPACE, 0.3, numbers).length
+
+    with pytest.raises(InputError, match=r"`k_b` must have shape \(\) or \(3,\)"):
+        jax.jit(shaped)(jnp.ones(2))
