@@ -20,10 +20,11 @@ from .continuation import Track
 from .guess import at_rest, detours, from_home, from_neighbour, reaching, search
 from .measures import Measures, measures_with
 from .problem import Problem, forward_rows, imposed_coordinates, imposed_rows
+from .reach import out_of_reach
 from .residual import base_wrench, leg_base
 from .roots import find_root
 from .status import SolveError, Status
-from .unknowns import State, ravel, unknown_scales, unravel
+from .unknowns import State, ravel, scales, unknown_scales, unravel
 
 
 class Equilibrium(eqx.Module):
@@ -138,20 +139,39 @@ def _solve(robot, imposed, target, guess, steps, throw):
         return polish(*task, reached.y, reached.status, tolerance, branch, first)
     ending = _compile_polish(*task, branch, first)
     try:
-        reached = _reached(*task, guess, first, False)
+        if _is_far(*task):
+            y, outcome = np.full(robot.n_y, np.nan), int(Status.OUT_OF_REACH)
+        else:
+            reached = _reached(*task, guess, first, False)
+            y, outcome = np.asarray(reached.y), int(reached.status)
     finally:
         if ending is not None:
             ending.join()
-    # From numpy, as ahead: a weak type would make another program.
-    reached = jax.tree.map(np.asarray, reached)
     for count in (first, *finer):
-        equilibrium = polish(*task, reached.y, reached.status, tolerance, branch, count)
+        # From numpy, as ahead: a weak type would make another program.
+        equilibrium = polish(*task, y, np.asarray(outcome), tolerance, branch, count)
         status = Status(int(equilibrium.status))
         if status != Status.INACCURATE:
             break
     if throw and status != Status.SOLVED:
-        raise SolveError(status, f"No equilibrium of {robot.name}: {status.message}.")
+        hint = _hint(*task)
+        raise SolveError(status, f"No equilibrium of {robot.name}: {status.message}.{hint}")
     return equilibrium
+
+
+def _is_far(robot, imposed, target) -> bool:
+    """Whether no branch needs to be followed to know that a leg is too short for the target."""
+    places = np.flatnonzero(np.any(np.asarray(imposed) != 0.0, axis=0))
+    return bool(out_of_reach(robot, np.asarray(target)[None], places.tolist())[0])
+
+
+def _hint(robot, imposed, target) -> str:
+    """What may be wrong with the numbers of a solve that has failed, as a further sentence."""
+    turns = np.abs(np.where(np.any(np.asarray(imposed) != 0.0, axis=0), np.asarray(target), 0.0))
+    turning = np.asarray(scales(robot).motors(robot)) == 1.0
+    if not np.any(turns[: robot.n_a][turning] > _MANY_TURNS):
+        return ""
+    return " Angles of motors are in radians, which these hardly are."
 
 
 def _reached(robot, imposed, target, guess, steps, traced) -> Track:
@@ -177,10 +197,15 @@ def _reached(robot, imposed, target, guess, steps, traced) -> Track:
         )
     else:
         return search(robot, imposed, goal, steps)
+    if not assembled and int(reached.status) != Status.NOT_FINITE:
+        return reached._replace(status=jnp.asarray(int(Status.NOT_ASSEMBLED)))
     if not traced and int(reached.status) == Status.LOST and assembled:
         reached = detours(robot, imposed, start, goal, reached, steps)
     return reached
 
+
+_MANY_TURNS = 4.0 * np.pi
+"""Angles beyond which a motor position looks like one in degrees."""
 
 _compiled: set[Any] = set()
 

@@ -15,6 +15,7 @@ class Status(enum.IntEnum):
     BEYOND_FOLD = 6
     BEYOND_LIMITS = 7
     INACCURATE = 8
+    NOT_ASSEMBLED = 9
 
     @property
     def message(self) -> str:
@@ -35,6 +36,7 @@ _MESSAGES = {
     Status.BEYOND_FOLD: "the branch folds back before it (a Type 1 singularity)",
     Status.BEYOND_LIMITS: "there is an equilibrium, beyond a limit",
     Status.INACCURATE: "its rods take more integration steps, see `steps`",
+    Status.NOT_ASSEMBLED: "it could not be assembled at its home, near which it must be at rest",
 }
 
 

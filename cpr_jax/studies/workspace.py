@@ -17,6 +17,7 @@ from ..rods.integration import DEFAULT_STEPS
 from ..rods.solver import Scheme
 from ..statics.equilibrium import Equilibrium, solve_inverse
 from ..statics.problem import imposed_coordinates, imposed_rows
+from ..statics.reach import out_of_reach
 from ..statics.roots import TOLERANCE
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
@@ -24,7 +25,7 @@ from .ahead import compile_ahead
 from .cells import Cell
 from .follower import Follower
 from .front import Front
-from .grid import make_grid, out_of_reach
+from .grid import make_grid
 from .limits import Limits
 from .map_dataset import Found, map_dataset
 from .parts import Parts, digest

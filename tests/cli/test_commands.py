@@ -85,7 +85,7 @@ def test_text_output_names_what_it_prints(capsys):
 def test_unreachable_point_is_exit_code_3(capsys):
     code, out, err = run(capsys, "solve", "rfrfr", "--point", "0", "2", "--json")
     assert code == 3
-    assert json.loads(out)["status"] == "lost"
+    assert json.loads(out)["status"] == "out_of_reach"
     assert err.count("\n") == 1
     assert "Traceback" not in err
 

@@ -129,5 +129,6 @@ def solved_robots(geometry, legs: int, count: int = 9, seed: int = 1):
     robots = [random_robot(rng, geometry, legs) for _ in range(count)]
     found = [(robot, solve_forward(robot, np.zeros(legs), throw=False)) for robot in robots]
     statuses = [Status(int(equilibrium.status)) for _, equilibrium in found]
-    assert set(statuses) <= {Status.SOLVED, Status.LOST, Status.NOT_CONVERGED}
+    classified = {Status.SOLVED, Status.LOST, Status.NOT_CONVERGED, Status.NOT_ASSEMBLED}
+    assert set(statuses) <= classified
     return [pair for pair, status in zip(found, statuses, strict=True) if status == Status.SOLVED]

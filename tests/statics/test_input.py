@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+import cpr_jax as cpr
 from cpr_jax.errors import InputError
 from cpr_jax.robots.catalogue import three_rfr
 from cpr_jax.statics.equilibrium import solve_forward, solve_inverse
@@ -98,12 +99,35 @@ def test_a_guess_of_another_robot_is_named(paper, nominal):
 def test_a_point_out_of_reach_raises_with_its_status(paper):
     with pytest.raises(SolveError, match="RFRFR") as caught:
         solve_inverse(paper, (0.0, 0.6))
-    assert caught.value.status is Status.LOST
+    assert caught.value.status is Status.OUT_OF_REACH
+
+
+def test_within_a_transformation_such_a_point_is_where_the_branch_is_lost(paper):
+    """Nothing is known of the numbers there but by following the branch."""
+    status = jax.jit(lambda point: solve_inverse(paper, point).status)(jnp.array([0.0, 0.6]))
+    assert int(status) == Status.LOST
+
+
+def test_motor_angles_in_degrees_are_hinted_at(paper):
+    with pytest.raises(SolveError, match="radians"):
+        cpr.solve_forward(paper, (155.0, 25.0))
+    with pytest.raises(SolveError) as caught:
+        cpr.solve_inverse(paper, (0.0, 0.6))
+    assert "radians" not in str(caught.value)
+
+
+def test_a_home_that_cannot_be_assembled_says_so():
+    """Its rods do not reach the platform from any motor position."""
+    robot = cpr.three_rfr()
+    robot = eqx.tree_at(lambda r: r.legs.rod.length, robot, 0.3 * robot.legs.rod.length)
+    with pytest.raises(SolveError, match="assembled at its home") as caught:
+        cpr.solve_forward(robot, robot.home.q_a)
+    assert caught.value.status is Status.NOT_ASSEMBLED
 
 
 def test_without_raising_the_status_tells_and_nothing_looks_like_a_solution(paper):
     found = solve_inverse(paper, (0.0, 0.6), throw=False)
-    assert int(found.status) == Status.LOST
+    assert int(found.status) == Status.OUT_OF_REACH
     assert np.all(np.isnan(found.y)) and np.isnan(found.residual)
     assert all(np.all(np.isnan(leaf)) for leaf in jax.tree.leaves(found.measures))
 

@@ -57,7 +57,7 @@ def test_no_known_equilibrium_has_less_energy(paper, published):
 def test_nothing_is_found_out_of_reach(paper):
     with pytest.raises(SolveError) as caught:
         solve_inverse(homeless(paper), (0.0, 0.6))
-    assert caught.value.status is Status.NOT_FOUND
+    assert caught.value.status is Status.OUT_OF_REACH
 
 
 def test_starts_cover_all_angles_and_the_reach_of_the_rods(paper):
