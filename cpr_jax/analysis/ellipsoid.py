@@ -12,6 +12,7 @@ from ..errors import InputError
 from ..geometry import namespace
 from ..programs import program
 from ..statics.linear import row_axes
+from ..summary import summary
 from .sensitivity import Sensitivity
 
 LINEAR_COVERAGE = 0.9888910034617577
@@ -40,6 +41,15 @@ class Ellipsoid(eqx.Module):
     semi_axes: Float[Array, " k"]
     directions: Float[Array, "k k"]
     labels: tuple[str, ...] = eqx.field(static=True)
+
+    def __str__(self) -> str:
+        return summary(
+            self,
+            f"Ellipsoid of {', '.join(self.labels)}",
+            center=self.center,
+            semi_axes=self.semi_axes,
+            directions=self.directions,
+        )
 
     def level(self, points: Float[Array, "*n k"]) -> Float[Array, "*n"]:
         """`(x - c)ᵀ K⁻¹ (x - c)` of each point; at most 1 inside. Infinite off a flat one."""

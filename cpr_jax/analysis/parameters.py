@@ -176,6 +176,13 @@ def _entry(robot: Robot, label: str) -> Entry:
             f"Argument `parameters` must name numbers that the robot has, but {label!r} is not "
             f"among those of {robot.name} ({robot.n} legs)."
         )
+    known = not isinstance(leaf, jax.core.Tracer)
+    if entry.reciprocal and known and float(leaf[entry.index]) == 0.0:
+        instead = f": name {label.replace('r_c', 'kappa')!r} of a straight rod"
+        raise InputError(
+            f"Argument `parameters` must name finite numbers, but {label!r} is infinite"
+            f"{instead if label.startswith('r_c') else ''}."
+        )
     return entry
 
 

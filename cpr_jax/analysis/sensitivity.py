@@ -26,6 +26,7 @@ from ..statics.unknowns import (
     unknown_scales,
     unravel,
 )
+from ..summary import summary
 from .parameters import Selection, ranges, segment_count, select
 
 
@@ -104,6 +105,16 @@ class Sensitivity(eqx.Module):
     def Pi_p(self) -> Float[Array, "d n_rho"]:
         """`∂p_P/∂ρ` of the end-effector's position."""
         return self.Pi("p_P")
+
+    def __str__(self) -> str:
+        return summary(
+            self,
+            f"Sensitivity to {', '.join(self.columns)} with the {self.hold.value} held",
+            delta=self.delta,
+            Pi_p=self.Pi_p,
+            Pi_tau=self.Pi_tau,
+            tube_radius=self.tube_radius,
+        )
 
 
 def sensitivity(

@@ -15,6 +15,7 @@ from ..geometry import Numbers, namespace
 from ..programs import program, started
 from ..robots.robot import Robot, check_turns
 from ..rods.segments import first_length
+from ..summary import summary
 from .accuracy import BALANCED, ROUGH, STEPS
 from .continuation import Track
 from .guess import at_rest, detours, from_home, from_neighbour, reaching, search
@@ -57,6 +58,21 @@ class Equilibrium(eqx.Module):
     def y(self) -> Float[Array, " n_y"]:
         """The flat unknowns `(q_a, q_p, μ_1, …, μ_n)`."""
         return ravel(State(self.q_a, self.q_p, self.mu))
+
+    def __str__(self) -> str:
+        if np.ndim(self.status) > 0 or isinstance(self.status, jax.core.Tracer):
+            return repr(self)
+        return summary(
+            self,
+            f"Equilibrium on the branch of '{self.branch}': {Status(int(self.status)).message}",
+            q_a=self.q_a,
+            q_p=self.q_p,
+            motor_torques=self.motor_torques,
+            energy=self.measures.energy,
+            residual=self.residual,
+            sigma_t1=self.measures.sigma_t1,
+            sigma_t2=self.measures.sigma_t2,
+        )
 
     @property
     def motor_torques(self) -> Float[Array, " n_a"]:

@@ -72,7 +72,7 @@ def imposed_coordinates(robot: Robot, names: Sequence[str] | None = None) -> tup
     if isinstance(names, str) or len(names) != n_a or len(set(names)) != n_a:
         raise InputError(
             f"Argument `imposed` must name {n_a} different coordinates of {robot.name} {choice}, "
-            f"one for each motor, but it is {shown(names)}."
+            f"one for each motor, but it names {', '.join(map(str, names)) or 'none'}."
         )
     return coordinate_places(robot, names)
 

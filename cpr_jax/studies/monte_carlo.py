@@ -24,6 +24,7 @@ from ..statics.accuracy import MENU, TOLERANCE, least_scheme
 from ..statics.chord import EXACT
 from ..statics.equilibrium import Equilibrium
 from ..statics.status import Status
+from ..summary import summary
 from .draws import Distribution
 from .parts import Parts, digest
 from .processes import gathered, gathered_tables, own_share
@@ -75,6 +76,20 @@ class MonteCarlo(NamedTuple):
     error: float
     sensitivity: Sensitivity
     ellipsoid: Ellipsoid
+
+    def __str__(self) -> str:
+        return summary(
+            self,
+            f"Monte Carlo study of {self.samples} samples: {self.solved} solved, {self.lost} lost, "
+            f"{self.failed} failed",
+            coverage=self.coverage,
+            coverage_interval=self.coverage_interval,
+            mean=self.mean,
+            deviation=np.sqrt(np.diag(self.covariance)),
+            semi_axes=self.ellipsoid.semi_axes,
+            followed=self.followed,
+            error=self.error,
+        )
 
 
 def monte_carlo(

@@ -3,6 +3,7 @@
 import json
 import pathlib
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -147,3 +148,11 @@ def test_mistakes_are_named(robot, equilibria, arguments, words):
         cpr.sensitivity(robot, equilibria[0.0, 0.2], **arguments)
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_the_radius_of_a_straight_rod_is_none(robot, equilibria):
+    straight = eqx.tree_at(
+        lambda r: r.legs.rod.precurvature, robot, 0.0 * robot.legs.rod.precurvature
+    )
+    with pytest.raises(ValueError, match="'r_c1' is infinite: name 'kappa1'"):
+        cpr.sensitivity(straight, equilibria[0.0, 0.2])
