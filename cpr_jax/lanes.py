@@ -147,6 +147,11 @@ def merging(
 
     @merged.def_vmap
     def rule(size, batched, *leaves):
+        if not any(batched):
+            # A derivative of this call is batched and the call is not: made again as it is, it
+            # would be differentiated and batched without end.
+            out = function(*leaves)
+            return out, jax.tree.map(lambda _: False, out)
         # The inner lanes lie last already; the outer batch goes before them and is merged.
         width = next((leaf.shape[-1] for leaf, flag in zip(leaves, laned, strict=True) if flag), 0)
         new = []

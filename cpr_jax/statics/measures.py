@@ -19,7 +19,8 @@ class Measures(eqx.Module):
     """What an equilibrium says beside its unknowns.
 
     All are differentiable once, energy and torques to any order; derivatives of dimensionless
-    numbers are those with their units, `scales(robot)`, held.
+    numbers are those with their units, `scales(robot)`, held. Estimates of errors have slopes of
+    zero.
 
     **Attributes:**
 
@@ -86,6 +87,26 @@ def _known_jvp(primals, tangents):
     return matrix, jax.jvp(jacobian, (robot, y), tuple(tangents[:2]))[1]
 
 
+@jax.custom_jvp
+def _known_rods(robot, y, rods, steps):
+    """Integrated rods that are known, with their derivatives.
+
+    Partial evaluation takes loops apart, and the rules of derivatives of what is in them with it:
+    the derivatives are those of an integration outside of any loop.
+    """
+    return rods
+
+
+@_known_rods.defjvp
+def _known_rods_jvp(primals, tangents):
+    robot, y, rods, steps = primals
+
+    def again(robot, y):
+        return integrated(robot, y, steps)
+
+    return rods, jax.jvp(again, (robot, y), tuple(tangents[:2]))[1]
+
+
 def measures_with(
     robot: Robot, y: Float[Array, " n_y"], matrix: Float[Array, "n_r n_y"], steps: Steps
 ) -> Measures:
@@ -106,9 +127,11 @@ def measures_with(
         sigma_t1 = sign_t1 = jnp.full((), jnp.nan)
         sigma_t2, sign_t2 = smallest(A_p)
     # A loop over both accuracies keeps one copy of the integration in the compiled program.
-    both = jax.lax.map(lambda count: integrated(robot, y, count), jnp.array([1, 2]) * steps)
+    here = jax.lax.stop_gradient((robot, y))
+    both = jax.lax.map(lambda count: integrated(*here, count), jnp.array([1, 2]) * steps)
     coarse, fine = (jax.tree.map(lambda leaf, k=k: leaf[k], both) for k in range(2))
-    errors = errors_between(robot, y, coarse, fine)
+    errors = errors_between(*here, coarse, fine)
+    fine = _known_rods(robot, y, fine, 2 * jnp.asarray(steps))
     return Measures(
         sigma_t1=sigma_t1,
         sigma_t2=sigma_t2,
