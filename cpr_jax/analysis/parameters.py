@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..checks import check_positive
 from ..errors import InputError
 from ..geometry import namespace
 from ..robots.labels import segment_missing
@@ -141,6 +142,13 @@ def ranges(
     robot: Robot, selection: Selection, delta: Mapping[str, float] | None = None
 ) -> Float[Array, " n_rho"]:
     """Half ranges `δρ` (6): those given, else those of the robot."""
+    if delta is not None and not isinstance(delta, Mapping):
+        raise InputError(
+            "Argument `delta` must give half ranges by label, such as {'l1': 1e-3}, but it is a "
+            f"{type(delta).__name__}."
+        )
+    for label, half_range in (delta or {}).items():
+        check_positive(f"delta[{label!r}]", half_range, or_zero=True)
     known = {**robot.uncertainty, **(delta or {})}
     unknown = [label for label in (delta or {}) if label not in selection.labels]
     if unknown:

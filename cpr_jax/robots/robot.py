@@ -171,6 +171,11 @@ def make_robot(
     stacked = _stack(legs)
     known = None
     if home is not None:
+        if len(home) != 2:
+            raise InputError(
+                "Argument `home` must be a pair, `q_a` and `q_p` (of a body its position and its "
+                f"rotation vector in one), but it has {len(home)} parts."
+            )
         q_a, q_p = (jnp.asarray(part, float) for part in home)
         check_shape("home[0]", q_a, (ways.shape[1],))
         check_shape("home[1]", q_p, (d + r if oriented else d,))

@@ -15,11 +15,19 @@ from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium
 from ..statics.problem import Problem, forward_rows
 from ..statics.roots import find_root
-from ..statics.status import Status
+from ..statics.status import SolveError, Status
 from ..statics.unknowns import unknown_scales
 
 _FARTHEST = 0.3
 """Largest change of an unknown in one step, dimensionless; larger ones are halved."""
+
+_CLOSE = 1e-8
+"""Largest residual of what is followed: rods pulled taut leave more rounding than a solve accepts,
+and the number of unstable directions bears it."""
+
+_NEAR, _FAR, _STEEPER = 1e-5, 1e-3, 3.0
+"""Beside a fold the unknowns change like a square root. Over the nearer of these two shares of the
+range they are ten times as steep then as over the farther one; a third of that is taken for it."""
 
 
 class CriticalValue(NamedTuple):
@@ -62,6 +70,9 @@ def critical_value(
     - `stop`: its last value, SI units.
     - `points`: how many values are looked at before bisecting.
     - `rtol`: accuracy of the value, relative to the range.
+
+    **Raises:** `InputError` for a bad argument; `SolveError` where the equations can no longer be
+    solved, though the branch does not fold back there.
     """
     if int(equilibrium.status) != Status.SOLVED:
         raise InputError("Argument `equilibrium` must be solved.")
@@ -73,6 +84,7 @@ def critical_value(
             f"{stop!r}."
         )
     held = jnp.concatenate([equilibrium.q_a, jnp.zeros(robot.n_p)])
+    units = np.asarray(unknown_scales(robot))
 
     def look(value: float, y):
         out = _look(robot, selection, held, jnp.asarray([value]), jnp.asarray(y), steps)
@@ -83,18 +95,26 @@ def critical_value(
     if found is None:
         raise InputError("Argument `equilibrium` must be an equilibrium of `robot`.")
     y, before = found
-    low, step = start, (stop - start) / points
+    low, step, way = start, (stop - start) / points, [(start, y)]
     least = rtol * abs(stop - start)
     while (stop - low) * np.sign(step) > least:
         high = low + step if (stop - low - step) * np.sign(step) > 0.0 else stop
         found = look(high, y)
         if found is None:
             step *= 0.5
-            if abs(step) < least:
+            if abs(step) < least and _folds_back(way, units, stop - start):
                 return CriticalValue(low, before, -1, y)
+            if abs(step) < least:
+                raise SolveError(
+                    Status.NOT_CONVERGED,
+                    f"The equilibrium of {robot.name} could not be followed beyond {parameter} = "
+                    f"{low:.6g}, where its branch does not fold back: its rods may be pulled taut "
+                    "there, or take more integration steps, see `steps`.",
+                )
             continue
         if found[1] == before:
             low, y = high, found[0]
+            way.append((low, y))
             continue
         after = found[1]
         while abs(high - low) > least:
@@ -108,11 +128,24 @@ def critical_value(
     return CriticalValue(float("nan"), before, before, y)
 
 
+def _folds_back(way: list[tuple[float, np.ndarray]], units: np.ndarray, span: float) -> bool:
+    """Whether a branch that was followed to the end of its way folds back there."""
+    end, last = way[-1]
+    slopes = []
+    for share in (_NEAR, _FAR):
+        behind = [(abs((end - v) / span), y) for v, y in way if abs(end - v) >= share * abs(span)]
+        if not behind:
+            return True
+        distance, y = behind[-1]
+        slopes.append(np.max(np.abs(last - y) / units) / distance)
+    return bool(slopes[0] > _STEEPER * slopes[1])
+
+
 @program
 def _look(robot: Robot, selection: Selection, held, value, y, steps: int):
     varied = selection.set(robot, value)
     root = find_root(Problem(varied, forward_rows(varied), held), y, steps=steps)
     moved = jnp.max(jnp.abs(root.y - y) / unknown_scales(robot))
-    good = (root.status == Status.SOLVED) & (moved < _FARTHEST)
+    good = (root.residual < _CLOSE) & (moved < _FARTHEST)
     counted, _ = count_unstable(varied, root.y, steps)
     return root.y, good, counted.index

@@ -140,6 +140,8 @@ def test_selection_by_path_is_the_selection_by_name(robot, equilibria):
         ({"parameters": ["legs.rod.length[7]"]}, "legs.rod.length"),
         ({"parameters": ["l1"]}, "l1"),
         ({"delta": {"l1": 0.1}}, "l1"),
+        ({"delta": {"k_b1": -0.1}}, "k_b1"),
+        ({"delta": [0.1, 0.2]}, "delta"),
         ({"hold": "nothing"}, "hold"),
     ],
 )

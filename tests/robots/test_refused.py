@@ -60,6 +60,7 @@ MISTAKES = {
     "m_P": lambda: robot(m_P=0.1),
     "loads[0]": lambda: robot(loads=[((0.0, 0.0), (0.0, 0.0, -1.0))]),
     "transmission": lambda: robot(transmission=np.eye(2)),
+    "home": lambda: robot(home=(np.zeros(3), np.zeros(3), np.zeros(3))),
     "home[0]": lambda: robot(home=(np.zeros(2), np.zeros(6))),
     "home[1]": lambda: robot(home=(np.zeros(3), np.zeros(3))),
     "uncertainty['l1']": lambda: robot(uncertainty={"l1": -1e-3}),

@@ -9,10 +9,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+import cpr_jax as cpr
 from cpr_jax.errors import InputError
 from cpr_jax.robots.catalogue import rfrfr_straight
 from cpr_jax.statics.equilibrium import solve_inverse
+from cpr_jax.statics.measures import measure
+from cpr_jax.statics.status import SolveError
 from cpr_jax.studies.critical import critical_value
+from cpr_jax.studies.paper import POINTS
+from tests.statics.common import with_stiffness
 
 CASE = json.loads((pathlib.Path(__file__).parents[1] / "reference_cases.json").read_text())[
     "buckling_t2"
@@ -54,3 +59,29 @@ def test_nothing_happens_before_the_load(compressed):
 def test_mistakes_are_named(compressed, parameter, stop):
     with pytest.raises(InputError, match=r"stop|f_P_q"):
         critical_value(*compressed, parameter, stop)
+
+
+@pytest.fixture(scope="module")
+def paper():
+    return cpr.rfrfr()
+
+
+def test_where_a_branch_ends_does_not_depend_on_how_far_one_looks(paper):
+    """Point D of the paper with a softer rod, until the platform has no stiffness left."""
+    start = cpr.solve_inverse(paper, POINTS["D"])
+    found = [cpr.critical_value(paper, start, "k_b1", stop) for stop in (0.011, 0.008)]
+    value = found[0].value
+    assert found[1].value == pytest.approx(value, rel=1e-8)
+    other = 1.0 / paper.legs.rod.curvature_compliance[1, 0]
+    softer = with_stiffness(paper, jnp.array([value, other]))
+    there, _ = measure(softer, jnp.asarray(found[0].y), 20)
+    assert there.sigma_t2 < 1e-3 * start.measures.sigma_t2
+
+
+def test_a_rod_pulled_taut_is_no_fold(paper):
+    """The shorter it is the harder it pulls, until rounding hides what there is to solve."""
+    start = cpr.solve_inverse(paper, (0.0, 0.2))
+    found = cpr.critical_value(paper, start, "l1", 0.04)
+    assert np.isnan(found.value) and found.before == found.after == 0
+    with pytest.raises(SolveError, match=r"l1 = 0\.02"):
+        cpr.critical_value(paper, start, "l1", 0.0)
