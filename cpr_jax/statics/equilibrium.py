@@ -42,7 +42,8 @@ class Equilibrium(eqx.Module):
     - `status`: a `Status` code.
     - `residual`: largest entry of the residual in units of `scales(robot)`.
     - `measures`: conditioning, distance to singularities, motor torques, energy.
-    - `branch`: how the branch was chosen: `home`, `neighbour` or `search`.
+    - `branch`: how the branch was chosen: `home` or `search`, from whatever neighbours on it this
+        one was then followed.
     """
 
     q_a: Float[Array, " n_a"]
@@ -144,7 +145,8 @@ def _solve(robot, imposed, target, guess, steps, throw):
     given = jax.tree.leaves((robot, target, guess))
     traced = any(isinstance(leaf, jax.core.Tracer) for leaf in given)
     alone = "search" if robot.home is None else "home"
-    branch = alone if guess is None else "neighbour"
+    # An equilibrium followed from another one is on its branch: a loop may carry it on.
+    branch = alone if guess is None else guess.branch
     # Arrays are no part of a program, which then serves any number of steps.
     first, *finer = (np.asarray(count) for count in (STEPS if steps is None else (steps,)))
     chosen = ROUGH if traced else BALANCED

@@ -1,5 +1,7 @@
 """A guess from a robot with slightly other numbers leads where a cold start leads."""
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -29,3 +31,18 @@ def test_a_neighbour_under_heavy_load(paper):
         assert int(equilibrium.status) == Status.SOLVED
     cold = solve_inverse(paper, (0.05, 0.045))
     np.testing.assert_allclose(equilibrium.y, cold.y, rtol=0, atol=1e-9)
+
+
+def test_a_trajectory_in_a_loop(paper):
+    """`jax.lax.scan` carries the equilibrium along; the way is that of single solves."""
+    points = jnp.stack([jnp.linspace(0.0, 0.04, 4), jnp.linspace(0.2, 0.18, 4)], axis=1)
+    start = solve_inverse(paper, points[0])
+
+    def step(now, point):
+        new = solve_inverse(paper, point, guess=now)
+        return new, (new.q_a, new.status)
+
+    _, (q_a, status) = jax.lax.scan(step, start, points)
+    assert np.all(status == Status.SOLVED)
+    alone = [solve_inverse(paper, point).q_a for point in points]
+    np.testing.assert_allclose(q_a, alone, rtol=0, atol=1e-8)
