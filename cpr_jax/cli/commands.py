@@ -103,7 +103,13 @@ def monte_carlo(
     if out is not None:
         n_a = robot.n_a
         units = unknown_units(robot)[n_a : n_a + robot.n_p]
-        save_dataset(samples_dataset([result], ["point"], units), out)
+        about = {
+            "robot": robot.name,
+            "seed": seed,
+            "distribution": distribution,
+            "prediction": prediction,
+        }
+        save_dataset(samples_dataset([result], ["point"], units, about), out)
         pathlib.Path(f"{out}.parts").rmdir()
     expected = _linear_coverage(result.ellipsoid) if distribution == "gaussian" else None
     if as_json:

@@ -18,8 +18,8 @@ FIGURES = "cpr_jax.plotting.paper"
 class _Folder(Observer):
     """Draws and saves what there is of a study."""
 
-    def __init__(self, folder: pathlib.Path, aside: Aside):
-        self._folder, self._aside = folder, aside
+    def __init__(self, folder: pathlib.Path, aside: Aside, seed: int):
+        self._folder, self._aside, self._seed = folder, aside, seed
 
     def _draw(self, number: int, *what: object) -> None:
         self._aside.call(f"{FIGURES}:save_figure_{number}", self._folder, *what)
@@ -29,7 +29,8 @@ class _Folder(Observer):
 
     def studies(self, robot, equilibria, found) -> None:
         self._draw(2, robot, equilibria["A"], found)
-        dataset = samples_dataset(list(found.values()), list(POINTS), ["m", "m"])
+        about = {"robot": robot.name, "seed": self._seed, "distribution": "gaussian"}
+        dataset = samples_dataset(list(found.values()), list(POINTS), ["m", "m"], about)
         save_dataset(dataset, self._folder / "samples.nc")
 
     def workspace(self, robot, found) -> None:
@@ -55,7 +56,7 @@ def make_paper(
             return make_paper(out, samples, seed, progress, own)
     folder = pathlib.Path(out).resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    study = case_study(samples, seed, progress, _Folder(folder, aside))
+    study = case_study(samples, seed, progress, _Folder(folder, aside, seed))
     report = {
         "samples": samples,
         "seed": seed,

@@ -151,7 +151,11 @@ def figure_of_map(dataset: xr.Dataset, robot: Robot) -> Figure:
         ax.set_xlim(views[0][0] - margins[0], views[0][1] + margins[0])
         ax.set_ylim(views[1][0] - margins[1], views[1][1] + margins[1])
     handles = legend_of(dataset)
-    if _of_the_plane(dataset, robot):
+    left, right = axes[0].get_xlim()
+    low, high = axes[0].get_ylim()
+    motors = [line for line in axes[0].lines if line.get_marker() == "o"]
+    places = np.concatenate([np.empty((0, 2)), *(line.get_xydata() for line in motors)])
+    if np.any(np.all((places >= [left, low]) & (places <= [right, high]), axis=1)):
         motor: Any = {"ls": "", "marker": "o", "mfc": "white", "mec": BLACK, "label": "motor"}
         handles.append(plt.Line2D([], [], **motor))
     figure.legend(handles=handles, loc="outside lower center", ncols=5, frameon=False)

@@ -1,9 +1,10 @@
 """Labelled results and their files."""
 
 import json
+import operator
 import os
 import pathlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import xarray as xr
@@ -15,7 +16,10 @@ from .versions import versions
 
 
 def samples_dataset(
-    studies: Sequence[MonteCarlo], points: Sequence[str], units: Sequence[str]
+    studies: Sequence[MonteCarlo],
+    points: Sequence[str],
+    units: Sequence[str],
+    about: Mapping[str, object] | None = None,
 ) -> xr.Dataset:
     """The samples of several Monte Carlo studies of one robot as one labelled dataset.
 
@@ -23,6 +27,7 @@ def samples_dataset(
 
     - `points`: a name for each study, the coordinate `point`.
     - `units`: SI units of the platform coordinates.
+    - `about`: further attributes, such as the robot's name and the seed.
 
     **Returns:**
 
@@ -52,6 +57,7 @@ def samples_dataset(
                 },
             ),
             "inside": (("point", "sample"), stack(lambda s: s.inside[:shortest])),
+            "q_a": (("point", "motor"), stack(lambda s: s.sensitivity.y[:n_a])),
             "nominal": (("point", "coordinate"), stack(lambda s: s.sensitivity.y[n_a : n_a + n_p])),
             "delta": (("point", "parameter"), stack(lambda s: s.sensitivity.delta)),
             "Pi": (
@@ -66,7 +72,12 @@ def samples_dataset(
             "directions": (("point", "rank", "axis"), stack(lambda s: s.ellipsoid.directions)),
             "coverage": (("point",), stack(lambda s: s.coverage)),
             "coverage_interval": (("point", "bound"), stack(lambda s: s.coverage_interval)),
-            "lost": (("point",), stack(lambda s: s.lost)),
+            **{
+                name: (("point",), stack(operator.attrgetter(name)))
+                for name in ("samples", "solved", "lost", "failed")
+            },
+            "mean": (("point", "axis"), stack(lambda s: s.mean)),
+            "covariance": (("point", "axis", "other_axis"), stack(lambda s: s.covariance)),
         },
         coords={
             "point": list(points),
@@ -75,9 +86,15 @@ def samples_dataset(
             "coordinate": coordinates,
             "coordinate_unit": ("coordinate", list(units)),
             "axis": axes,
+            "other_axis": axes,
+            "motor": list(rows[:n_a]),
             "bound": ["low", "high"],
         },
-        attrs={"versions": json.dumps(versions()), "convention": "SI units, world axes"},
+        attrs={
+            "versions": json.dumps(versions()),
+            "convention": "SI units, world axes",
+            **(about or {}),
+        },
     )
     return dataset
 

@@ -72,6 +72,10 @@ def test_monte_carlo_with_a_file(capsys, tmp_path):
         assert dataset.sizes["sample"] == 2000
         assert list(dataset.parameter.values) == answer["parameters"]
         assert float(dataset.inside.mean()) == answer["coverage"]
+        assert (dataset.attrs["robot"], dataset.attrs["seed"]) == ("RFRFR", 0)
+        assert int(dataset["solved"][0]) == 2000
+        np.testing.assert_array_equal(dataset["mean"][0], answer["mean"])
+        np.testing.assert_array_equal(dataset["covariance"][0], answer["covariance"])
     assert [path.name for path in tmp_path.iterdir()] == ["samples.nc"]
 
 

@@ -1,5 +1,7 @@
 """Figures of workspace maps: units of the axes, and ellipses in slices of space."""
 
+import equinox as eqx
+import jax.numpy as jnp
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -108,8 +110,12 @@ def test_motors_are_drawn_in_the_plane_of_a_planar_robot(ax):
     (line,) = (line for line in ax.lines if line.get_marker() == "o")
     expected = 1e3 * np.asarray(robot.legs.base_position)[:, ::-1]
     np.testing.assert_allclose(line.get_xydata(), expected)
-    for names, motors in ((("y", "z"), True), (("y", "phi_P_x"), False)):
-        figure = figure_of_map(made_up_map(names, labels), robot)
+    # The legend names motors where one of them is in view.
+    near = robot.legs.base_position.at[1].set(jnp.array([0.12, 0.24]))
+    beside = eqx.tree_at(lambda r: r.legs.base_position, robot, near)
+    cases = ((("y", "z"), beside, True), (("y", "z"), robot, False))
+    for names, shown, motors in (*cases, (("y", "phi_P_x"), beside, False)):
+        figure = figure_of_map(made_up_map(names, labels), shown)
         (legend,) = figure.legends
         assert ("motor" in [text.get_text() for text in legend.get_texts()]) == motors
         plt.close(figure)
