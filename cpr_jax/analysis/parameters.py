@@ -185,7 +185,8 @@ def _entry(robot: Robot, label: str) -> Entry:
             f"among those of {robot.name} ({robot.n} legs)."
         )
     known = not isinstance(leaf, jax.core.Tracer)
-    if entry.reciprocal and known and float(leaf[entry.index]) == 0.0:
+    # By numpy: within a transformation JAX would trace what is known, too.
+    if entry.reciprocal and known and np.asarray(leaf)[entry.index] == 0.0:
         instead = f": name {label.replace('r_c', 'kappa')!r} of a straight rod"
         raise InputError(
             f"Argument `parameters` must name finite numbers, but {label!r} is infinite"

@@ -158,3 +158,12 @@ def test_the_radius_of_a_straight_rod_is_none(robot, equilibria):
     )
     with pytest.raises(ValueError, match="'r_c1' is infinite: name 'kappa1'"):
         cpr.sensitivity(straight, equilibria[0.0, 0.2])
+
+
+def test_of_a_known_robot_within_a_transformation(robot, equilibria):
+    """Its numbers are constants there, which checks of them must not make traced ones."""
+    at = equilibria[0.0, 0.2]
+    inside = jax.jit(lambda y: cpr.sensitivity(robot, eqx.tree_at(lambda e: e.mu, at, y)).Pi_y)
+    np.testing.assert_allclose(
+        inside(at.mu), cpr.sensitivity(robot, at).Pi_y, rtol=1e-9, atol=1e-12
+    )
