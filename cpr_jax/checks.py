@@ -17,6 +17,11 @@ def check_shape(name: str, value: Any, *shapes: tuple[int, ...]) -> None:
         raise InputError(f"Argument `{name}` must have shape {expected}, but it has shape {shape}.")
 
 
+def check_vector(name: str, value: Any, size: int) -> None:
+    """Refuses what has not so many numbers in a row; one alone may be a scalar."""
+    check_shape(name, value, (size,), *([()] if size == 1 else []))
+
+
 def check_positive(name: str, value: Any, or_zero: bool = False) -> None:
     """Refuses numbers that are not positive; traced ones are not known."""
     if _is_traced(value):

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import check_shape
+from ..checks import check_shape, check_vector
 from ..errors import InputError
 from ..geometry import AbstractGeometry, Numbers, namespace
 from ..rods.rod import Rod
@@ -91,7 +91,7 @@ def make_leg(
     def vector(name, value, size):
         if value is None:
             return jnp.asarray(np.zeros(size))
-        check_shape(name, value, (size,), *([()] if size == 1 else []))
+        check_vector(name, value, size)
         xp = namespace(value)
         return jnp.asarray(xp.asarray(value, float).reshape(size))
 

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import check_positive, check_shape
+from ..checks import check_positive, check_shape, check_vector
 from ..errors import InputError
 from ..geometry import SPACE, AbstractGeometry, Components, Numbers, namespace
 from ..rods.rod import Rod, Segments
@@ -157,7 +157,7 @@ def make_robot(
 
     def vector(name, value, size):
         if value is not None:
-            check_shape(name, value, (size,), *([()] if size == 1 else []))
+            check_vector(name, value, size)
         return jnp.asarray(np.zeros(size) if value is None else value, float)
 
     for k, load in enumerate(loads):

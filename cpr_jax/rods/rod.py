@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import check_positive, check_shape
+from ..checks import check_positive, check_shape, check_vector
 from ..geometry import AbstractGeometry, Numbers, namespace
 from .section import Material, Section
 
@@ -92,7 +92,7 @@ def kirchhoff_rod(
     if force is not None:
         check_shape("force", force, (geometry.d,))
     if moment is not None:
-        check_shape("moment", moment, (r,), *([()] if r == 1 else []))
+        check_vector("moment", moment, r)
     xp = namespace(k_b, precurvature)
     rest = xp.asarray(precurvature, float)
     if rest.ndim == 0:
