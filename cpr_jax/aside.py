@@ -16,6 +16,8 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from types import TracebackType
 from typing import NoReturn
 
+from .collection import uncollected
+
 _HEAD = struct.Struct("<Q")
 """Before each message: how many bytes it has."""
 
@@ -88,7 +90,8 @@ def _main() -> NoReturn:
     """What the other process does: it calls what it reads until there is no more."""
     # Who interrupts both from a terminal wants an end, not two tracebacks.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    importlib.import_module(sys.argv[1])
+    with uncollected():
+        importlib.import_module(sys.argv[1])
     source = sys.stdin.buffer
     while len(head := source.read(_HEAD.size)) == _HEAD.size:
         (size,) = _HEAD.unpack(head)

@@ -14,6 +14,7 @@ import jax
 import jax.numpy as jnp
 from jax.custom_batching import custom_vmap
 
+from .lazy import lazily
 from .once import once
 
 _SMALL = 150
@@ -50,7 +51,9 @@ class Lift(NamedTuple):
         )
 
 
-def lanes_last(kernel: Callable[..., Any]) -> Callable[..., Any]:
+def lanes_last(
+    kernel: Callable[..., Any], outline: Callable[..., Any] | None = None
+) -> Callable[..., Any]:
     """Gives a function whose batches run with the lanes as the last axis.
 
     **Arguments:**
@@ -60,6 +63,8 @@ def lanes_last(kernel: Callable[..., Any]) -> Callable[..., Any]:
         instead, with `function` taking exactly `*args`. What it does outside of `lift` sees
         arrays with one more, last axis where they are batched. Its outputs carry the lanes
         last.
+    - `outline`: what it returns for a single case, with shapes and dtypes in the places of arrays;
+        a function of `*args`. By default the kernel is traced for it.
 
     **Returns:**
 
@@ -70,18 +75,21 @@ def lanes_last(kernel: Callable[..., Any]) -> Callable[..., Any]:
     def call(*args):
         leaves, treedef = jax.tree.flatten(args)
         flags = tuple(False for _ in leaves)
-        return _level(kernel, treedef, flags)(*[jnp.asarray(leaf) for leaf in leaves])
+        return _level(kernel, outline, treedef, flags)(*[jnp.asarray(leaf) for leaf in leaves])
 
     return functools.wraps(kernel)(call)
 
 
-def over_lanes(kernel: Callable[..., Any]) -> Callable[..., Any]:
+def over_lanes(
+    kernel: Callable[..., Any], outline: Callable[..., Any] | None = None
+) -> Callable[..., Any]:
     """Gives a function whose batches are calculated on arrays with the lanes as their last axis.
 
     **Arguments:**
 
     - `kernel`: called with arrays that have one more, last axis, of length one where lanes do
         not differ. Its outputs have that axis too.
+    - `outline`: as of `lanes_last`.
 
     **Returns:** a function for a single case, of pytrees of arrays, to be batched as by
     `lanes_last`.
@@ -91,7 +99,7 @@ def over_lanes(kernel: Callable[..., Any]) -> Callable[..., Any]:
         out = kernel(*lift.spread(args))
         return out if any(lift.laned) else jax.tree.map(lambda leaf: leaf[..., 0], out)
 
-    return lanes_last(spread)
+    return lanes_last(spread, outline)
 
 
 def in_blocks(function: Callable[..., Any], arrays: Sequence[jax.Array], size: int) -> Any:
@@ -120,7 +128,7 @@ def in_blocks(function: Callable[..., Any], arrays: Sequence[jax.Array], size: i
 
 
 @functools.cache
-def _level(kernel, treedef, laned: tuple[bool, ...]):
+def _level(kernel, outline, treedef, laned: tuple[bool, ...]):
     """The kernel on leaves of which those flagged in `laned` have a last, merged lane axis."""
 
     # The inner jit traces a kernel once, however often a program calls it.
@@ -128,7 +136,37 @@ def _level(kernel, treedef, laned: tuple[bool, ...]):
         return kernel(Lift(treedef, laned), *treedef.unflatten(leaves))
 
     compiled = jax.jit(once(on_leaves, _SMALL if any(laned) else _LARGE))
-    return merging(compiled, laned, lambda flags: _level(kernel, treedef, flags))
+
+    def outlined(*leaves):
+        alone = tuple(
+            jax.ShapeDtypeStruct(leaf.shape[:-1] if flag else leaf.shape, leaf.dtype)
+            for leaf, flag in zip(leaves, laned, strict=True)
+        )
+        if outline is None:
+            out = _traced_outline(kernel, treedef, alone)
+        else:
+            out = outline(*treedef.unflatten(alone))
+        return jax.tree.map(lambda leaf: with_lanes(leaf, lanes_of(leaves, laned)), out)
+
+    batched = lazily(compiled, outlined)
+    return merging(batched, laned, lambda flags: _level(kernel, outline, treedef, flags))
+
+
+@functools.cache
+def _traced_outline(kernel, treedef, shapes: tuple[jax.ShapeDtypeStruct, ...]):
+    alone = Lift(treedef, (False,) * len(shapes))
+    return jax.eval_shape(lambda *leaves: kernel(alone, *treedef.unflatten(leaves)), *shapes)
+
+
+def lanes_of(leaves: Sequence[Any], laned: tuple[bool, ...]) -> int | None:
+    """How many lanes the flagged arrays have; `None` if there are none."""
+    return next((leaf.shape[-1] for leaf, flag in zip(leaves, laned, strict=True) if flag), None)
+
+
+def with_lanes(leaf: Any, lanes: int | None) -> jax.ShapeDtypeStruct:
+    """The outline of an array, with a last axis of lanes unless there are none."""
+    added = () if lanes is None else (lanes,)
+    return jax.ShapeDtypeStruct((*leaf.shape, *added), leaf.dtype)
 
 
 def merging(
@@ -153,25 +191,25 @@ def merging(
             out = function(*leaves)
             return out, jax.tree.map(lambda _: False, out)
         # The inner lanes lie last already; the outer batch goes before them and is merged.
-        width = next((leaf.shape[-1] for leaf, flag in zip(leaves, laned, strict=True) if flag), 0)
+        width = lanes_of(leaves, laned)
         new = []
         for leaf, outer, inner in zip(leaves, batched, laned, strict=True):
             if outer:
                 leaf = jnp.moveaxis(leaf, 0, -2 if inner else -1)
-                if width and not inner:
+                if width is not None and not inner:
                     leaf = jnp.broadcast_to(leaf[..., None], (*leaf.shape, width))
             elif inner:
                 leaf = jnp.broadcast_to(
                     leaf[..., None, :], (*leaf.shape[:-1], size, leaf.shape[-1])
                 )
-            if width and (outer or inner):
+            if width is not None and (outer or inner):
                 leaf = leaf.reshape(*leaf.shape[:-2], size * width)
             new.append(leaf)
         flags = tuple(o or i for o, i in zip(batched, laned, strict=True))
         out = level(flags)(*new)
 
         def split(leaf):
-            if width:
+            if width is not None:
                 return jnp.moveaxis(leaf.reshape(*leaf.shape[:-1], size, width), -2, 0)
             return jnp.moveaxis(leaf, -1, 0)
 

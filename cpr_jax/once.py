@@ -14,6 +14,7 @@ import jax
 from jax.extend import core
 
 from .kernel import as_one_kernel, called, is_one_kernel
+from .lazy import is_lazy, traced
 
 _VIEWS = frozenset({"broadcast_in_dim", "convert_element_type", "reshape", "slice", "squeeze"})
 """What moves values without calculating: rather done again than stored."""
@@ -81,10 +82,16 @@ class _Pending:
 
 def _size(jaxpr) -> int:
     """Number of operations, with those of loops and calls."""
-    inner = _CALLS | _LOOPS
-    return sum(
-        1 + (_size(e.params[inner[_name(e)]].jaxpr) if _name(e) in inner else 0) for e in jaxpr.eqns
-    )
+    return sum(1 + sum(_size(inner.jaxpr) for inner in _inner(e)) for e in jaxpr.eqns)
+
+
+def _inner(equation) -> list:
+    """The program of a call, or of a loop's body, if an operation is one."""
+    if is_lazy(equation):
+        return [traced(equation)]
+    places = _CALLS | _LOOPS
+    name = _name(equation)
+    return [equation.params[places[name]]] if name in places else []
 
 
 def _as_is(program, args) -> list:
@@ -126,8 +133,8 @@ def _evaluate(jaxpr, constants, args) -> list:
 
 def _results(equation, inputs) -> list:
     name, primitive = _name(equation), equation.primitive
-    if name in _CALLS:
-        inner = equation.params[_CALLS[name]]
+    if name in _CALLS or is_lazy(equation):
+        (inner,) = _inner(equation)
         if is_one_kernel(equation):
             values = [_value(entry) for entry in inputs]
             small = _size(inner.jaxpr) < _SMALL

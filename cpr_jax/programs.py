@@ -27,6 +27,7 @@ from jax import export
 from jax.extend.core import get_opaque_trace_state
 
 from .atomic import write_atomically
+from .collection import uncollected
 from .room import make_room, watch
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
@@ -44,6 +45,10 @@ run. XLA's older code generator compiles in half to two thirds of the time and t
 longer. It has left later releases, which compile as quickly without it."""
 
 _WATCHED_BY = ("jax_disable_jit", "jax_debug_nans", "jax_debug_infs")
+
+_tracing = threading.RLock()
+"""Held by the thread that traces a program. Python runs one at a time in any case; in turn, each is
+there for XLA to compile beside the next, which is not so if all end together."""
 
 _folder: pathlib.Path | None = None
 _all: "list[_Program]" = []
@@ -171,10 +176,18 @@ class _Program:
         self._known = {}
 
     def _find_or_make(self, args, kwargs) -> _Loaded | None:
+        with _tracing, uncollected():
+            traced = self._find_or_trace(args, kwargs)
+        if traced is None:
+            return None
+        lowered, outline = traced
+        return _Loaded.of(lowered.compile(self._options), outline)
+
+    def _find_or_trace(self, args, kwargs) -> tuple[jax.stages.Lowered, Any] | None:
+        """What XLA is to compile, and the outline of what it returns; `None` if it is not kept."""
         if _folder is None:
             flat, given, outlines = self._flat(args, kwargs)
-            lowered = jax.jit(flat).lower(*given)
-            return _Loaded.of(lowered.compile(self._options), outlines[-1])
+            return jax.jit(flat).lower(*given), outlines[-1]
         name = self._name(args, kwargs)
         if name is None:
             return None
@@ -192,7 +205,7 @@ class _Program:
                 write_atomically(file, lambda part: part.write_bytes(content))
         call = jax.jit(export.deserialize(bytearray(exported)).call)
         arrays, _ = _outlined((args, kwargs))
-        return _Loaded.of(call.lower(*arrays).compile(self._options), outline)
+        return call.lower(*arrays), outline
 
     def _flat(self, args, kwargs) -> tuple[Callable[..., list[jax.Array]], list[Any], list[Any]]:
         """The function from arrays to arrays, its arguments, and a list for its outlines.
@@ -254,21 +267,6 @@ def program(function: _Function) -> _Function:
 def hot_program(function: _Function) -> _Function:
     """As `program`, compiled for longer to run in less time."""
     return _Program(function, _HOT)  # type: ignore[return-value]
-
-
-def started(job: Callable[[], None]) -> threading.Thread:
-    """A thread that compiles what will be needed; to be joined before it is.
-
-    What goes wrong in it is left for whoever then calls the program, and meets the same mistake.
-    """
-
-    def quietly() -> None:
-        with contextlib.suppress(Exception):
-            job()
-
-    thread = threading.Thread(target=quietly, name="cpr_jax-compile", daemon=True)
-    thread.start()
-    return thread
 
 
 def _is_within(arrays) -> bool:

@@ -13,7 +13,8 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Bool, Float, Int
 
-from .lanes import merging
+from .lanes import lanes_of, merging, with_lanes
+from .lazy import lazily
 
 SLOTS = 128
 """Enough lanes to fill vectors, few enough not to wait for each other."""
@@ -61,7 +62,15 @@ def queued_loop(
                 return _through_slots(parts, given, values, effort, laned, slots)
             return lax.while_loop(*parts(given), values)
 
-        return merging(run, laned, level)
+        def outline(*leaves):
+            lanes = lanes_of(leaves, laned)
+            # As many as there are results, each like its state.
+            return [
+                leaf if flag else with_lanes(leaf, lanes)
+                for leaf, flag in zip(leaves[split:-1], laned[split:-1], strict=True)
+            ]
+
+        return merging(lazily(run, outline), laned, level)
 
     leaves = [*given, *values, jnp.asarray(effort)]
     return jax.tree.unflatten(form, level((False,) * len(leaves))(*leaves))

@@ -2,6 +2,8 @@
 
 import subprocess
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import jax
@@ -220,3 +222,22 @@ def test_a_second_process_starts_from_the_first(tmp_path):
     assert int(runs[0][0]) > 0
     assert int(runs[1][0]) == 0
     assert runs[0][1:] == runs[1][1:]
+
+
+def test_programs_are_traced_in_turn():
+    """One is there to be compiled while the next is traced, rather than all at the end."""
+    now, most = [0], [0]
+
+    @program
+    def traced(x, added):
+        now[0] += 1
+        most[0] = max(most[0], now[0])
+        # Others would be let in here.
+        time.sleep(0.05)
+        now[0] -= 1
+        return x + added
+
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda added: float(traced(jnp.ones(()), added)), range(4)))
+    assert found == [1.0, 2.0, 3.0, 4.0]
+    assert most == [1]

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+from ..background import not_a_number
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
@@ -53,6 +54,23 @@ class Expansion(eqx.Module):
     turn: Float[Array, "powers n_r n_r"]
     weights: Float[Array, " n_r"]
     errors: Float[Array, " schemes"]
+
+    @classmethod
+    def unknown(cls, robot: Robot, n_rho: int) -> "Expansion":
+        """One that is not a number, for programs that are compiled before there is another."""
+        n_r = robot.n_y - robot.n_a
+        powers = n_rho + _pairs(n_rho, n_r)[0].size
+        return cls(
+            y=not_a_number(n_r),
+            rho=not_a_number(n_rho),
+            first=not_a_number(n_r, n_rho),
+            second=not_a_number(n_r, n_rho, n_rho),
+            inverse=not_a_number(n_r, n_r),
+            axes=not_a_number(n_r, n_r),
+            turn=not_a_number(powers, n_r, n_r),
+            weights=not_a_number(n_r),
+            errors=not_a_number(len(MENU) + 1),
+        )
 
     def turned(self, away: Float[Array, " n_rho"]) -> Float[Array, "n_r n_r"]:
         """T at the parameters `rho + away`, in `axes` A: `A (1 + T) Aᵀ M` is the inverse there."""

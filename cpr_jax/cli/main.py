@@ -5,6 +5,7 @@ import sys
 import warnings
 from collections.abc import Sequence
 
+from ..collection import uncollected
 from ..errors import InputError
 from . import inputs, map_inputs
 from .parser import build_parser
@@ -20,7 +21,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     warnings.showwarning = _show_warning
     try:
-        return _run(arguments)
+        with uncollected():
+            return _run(arguments)
     except InputError as error:
         _complain(str(error))
         return EXIT_INPUT

@@ -1,5 +1,6 @@
 """What the commands that compute share: JAX, robots, equilibria, JSON."""
 
+import gc
 import importlib
 import json
 import os
@@ -24,6 +25,8 @@ class NoSolution(Exception):
 
 def start_jax() -> None:
     """float64, and compiled programs kept between runs (`CPR_JAX_CACHE`, empty for none)."""
+    # All is imported by now.
+    gc.enable()
     jax.config.update("jax_enable_x64", True)
     folder = os.environ.get("CPR_JAX_CACHE")
     if folder != "":

@@ -40,10 +40,11 @@ def differentiable(
     differentiates the loop in reverse, and tangents are integrated for those inputs alone that are
     perturbed.
     """
-    columns = math.prod(
-        1 + sum(math.prod(shape) for shape, flag in zip(shapes, flags, strict=True) if flag)
+    counts = [
+        sum(math.prod(shape) for shape, flag in zip(shapes, flags, strict=True) if flag)
         for flags in perturbed
-    )
+    ]
+    columns = math.prod(1 + count for count in counts)
     size = block_size(columns * (2 * geometry.d + len(geometry.identity)))
 
     def with_tangents(function):
@@ -51,7 +52,19 @@ def differentiable(
             function = _with_tangents(function, shapes, flags)
         return function
 
-    @lanes_last
+    def outline(*leaves):
+        alone = [
+            jax.ShapeDtypeStruct(shape, leaf.dtype)
+            for leaf, shape in zip(leaves, shapes, strict=True)
+        ]
+        out = jax.eval_shape(single, *alone)
+        over = leaves[0].shape[len(shapes[0]) :]
+        out = jax.tree.map(lambda leaf: leaf.update(shape=(*leaf.shape, *over)), out)
+        for count in counts:
+            slopes = jax.tree.map(lambda leaf, n=count: leaf.update(shape=(n, *leaf.shape)), out)
+            out = out, slopes
+        return out
+
     def kernel(lift, *leaves):
         depth = many + any(lift.laned)
 
@@ -64,9 +77,11 @@ def differentiable(
         rods = over_rods(single, with_tangents, shapes, size)
         return rods(*map(aligned, leaves, shapes, lift.laned))
 
+    integrated = lanes_last(kernel, outline)
+
     @jax.custom_jvp
     def integrate(*leaves):
-        return kernel(*leaves)
+        return integrated(*leaves)
 
     # The end of a longer rod lies further along the same rod, which takes no tangent.
     length = _place_of_length(treedef) if ends and not perturbed else None

@@ -10,11 +10,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from ..background import not_a_number, started
 from ..errors import InputError, check_integer
 from ..geometry import Numbers, namespace
-from ..programs import program, started
+from ..programs import program
 from ..robots.robot import Robot, check_turns
 from ..rods.segments import first_length
+from ..rods.solver import Steps
 from ..summary import summary
 from .accuracy import BALANCED, ROUGH, STEPS
 from .continuation import Track
@@ -237,11 +239,20 @@ def _compile_polish(robot, imposed, target, branch, steps) -> threading.Thread |
     _compiled.add(key)
 
     def compile_it() -> None:
-        # It gives up at once on a guess that is not a number.
-        nowhere = np.full(robot.n_y, np.nan), np.asarray(int(Status.LOST))
+        nowhere = not_a_number(robot.n_y), np.asarray(int(Status.LOST))
         polish(robot, imposed, target, *nowhere, np.asarray(BALANCED), branch, steps)
 
     return started(compile_it)
+
+
+def compile_from_home(
+    robot: Robot, imposed: Float[Array, "n_a n_q"], steps: Steps
+) -> list[threading.Thread]:
+    """Starts to compile what finds the equilibrium at any target of a robot with a home."""
+    target, steps = not_a_number(robot.n_a + robot.n_p), np.asarray(steps)
+    moving = started(lambda: from_home(robot, imposed, at_rest(robot), target, steps))
+    ending = _compile_polish(robot, imposed, target, "home", steps)
+    return [moving] if ending is None else [moving, ending]
 
 
 @program

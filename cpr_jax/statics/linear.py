@@ -173,9 +173,7 @@ def _but_one(rows):
     return solved, weak, own, left, sign * (1.0 - 2.0 * (swaps % 2.0))
 
 
-@over_lanes
-def _eliminate(matrix, right):
-    return eliminated(matrix, right)
+_eliminate = over_lanes(eliminated, lambda _, right: (right, jax.ShapeDtypeStruct((), right.dtype)))
 
 
 def _gauss_jordan(rows):
@@ -203,11 +201,6 @@ def _gauss_jordan(rows):
     return rows[:, n:], sign
 
 
-@over_lanes
-def _negative_pivots(matrix):
-    return in_blocks(_pivots, [matrix], BLOCK)
-
-
 def _pivots(matrix):
     """Negative pivots of `L D Lᵀ`, the largest first; a pivot of zero becomes a tiny one."""
     n, lanes = matrix.shape[0], matrix.shape[-1]
@@ -230,3 +223,9 @@ def _pivots(matrix):
 
     start = matrix, jnp.zeros((n, lanes), bool), jnp.zeros(lanes, jnp.int32)
     return lax.fori_loop(0, n, eliminate, start)[2]
+
+
+_negative_pivots = over_lanes(
+    lambda matrix: in_blocks(_pivots, [matrix], BLOCK),
+    lambda _: jax.ShapeDtypeStruct((), jnp.int32),
+)

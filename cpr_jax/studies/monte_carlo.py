@@ -25,6 +25,7 @@ from ..statics.chord import EXACT
 from ..statics.equilibrium import Equilibrium
 from ..statics.status import Status
 from ..summary import summary
+from .ahead import compile_study
 from .draws import Distribution
 from .parts import Parts, digest
 from .processes import gathered, gathered_tables, own_share
@@ -151,14 +152,16 @@ def monte_carlo(
         )
     selection = select(robot, parameters)
     half_ranges, y = ranges(robot, selection, delta), equilibrium.y
-    slopes = slopes_at(robot, y, selection, DEFAULT_STEPS)
+    options = Options(selection, drawn, predicted)
     # What is not wanted beside the menu is the quickest of it.
     further = np.asarray(MENU[0] if steps is None else given)
-    Pi_y = slopes.answers[Hold.MOTORS.value].Pi_y
-    expansion = expand(robot, selection, y, Pi_y, half_ranges, further)
-    # Labels are put together while both run.
-    nominal = named(robot, y, selection, half_ranges, slopes, Hold.MOTORS)
-    ellipse = ellipsoid(nominal)
+    with compile_study(robot, options, half_ranges):
+        slopes = slopes_at(robot, y, selection, DEFAULT_STEPS)
+        Pi_y = slopes.answers[Hold.MOTORS.value].Pi_y
+        expansion = expand(robot, selection, y, Pi_y, half_ranges, further)
+        # Labels are put together while both run.
+        nominal = named(robot, y, selection, half_ranges, slopes, Hold.MOTORS)
+        ellipse = ellipsoid(nominal)
     *errors, error = np.asarray(expansion.errors)
     scheme = given
     if steps is None:
@@ -166,7 +169,6 @@ def monte_carlo(
         scheme, error = MENU[chosen], errors[chosen]
     enough = EXACT if steps is not None else max(EXACT, _SHARE * tolerance)
     study = Study(robot, y, half_ranges, expansion, np.asarray(scheme), np.asarray(enough))
-    options = Options(selection, drawn, predicted)
 
     parts = _parts(folder, resume, study, options, seed, samples, keep)
     counts, kept = [], []

@@ -8,13 +8,17 @@ import numpy as np
 import xarray as xr
 
 from ..analysis.ellipsoid import LINEAR_COVERAGE
+from ..analysis.parameters import ranges, select
 from ..analysis.sensitivity import Hold, Sensitivity, sensitivity
 from ..robots.catalogue import rfrfr
 from ..robots.robot import Robot
 from ..rods.section import rectangle
 from ..statics.equilibrium import Equilibrium, solve_inverse
+from .ahead import compile_study
+from .draws import Distribution
 from .monte_carlo import MonteCarlo, monte_carlo
 from .paper_map import as_claim, map_claims
+from .samples import Options, Prediction
 from .workspace import workspace_map
 
 POINTS = {
@@ -81,9 +85,13 @@ def case_study(
         observer.workspace(robot, workspace)
         return workspace
 
+    selection = select(robot)
+    options = Options(selection, Distribution.GAUSSIAN, Prediction.SECOND_ORDER)
     # Side by side: the map is traced by Python while the samples are solved by XLA.
     with ThreadPoolExecutor(1) as pool:
         mapping = pool.submit(mapped)
+        # At D, samples are lost beyond the T2 line.
+        compile_study(robot, options, ranges(robot, selection), followed=True)
         equilibria = {name: solve_inverse(robot, point) for name, point in POINTS.items()}
         observer.equilibria(robot, equilibria)
         studies = {

@@ -122,6 +122,18 @@ def solve_window(
     return Samples(*(part[:count] for part in (rho, q_p, status, inside, followed)))
 
 
+def compile_samples(study: Study, options: Options, ellipse: Ellipsoid) -> None:
+    """Compiles what all samples of such a study need."""
+    _solve_chunk(study, options, ellipse, np.asarray(0), np.asarray(0))
+
+
+def compile_following(study: Study, options: Options, ellipse: Ellipsoid) -> None:
+    """Compiles what the doubtful samples of such a study need."""
+    rho = np.tile(np.asarray(study.expansion.rho), (RESCUED, 1))
+    _keeps_sign(study.expansion, rho)
+    _follow_all(study, options, ellipse, rho, np.zeros(RESCUED, int))
+
+
 def _batches(lanes: np.ndarray) -> list[np.ndarray]:
     """Enough batches to keep all workers busy, unless they get small."""
     size = int(np.clip(-(-len(lanes) // WORKERS), _SLOTS, RESCUED))

@@ -21,7 +21,7 @@ from ..statics.reach import out_of_reach
 from ..statics.roots import TOLERANCE
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
-from .ahead import compile_ahead
+from .ahead import compile_map
 from .cells import Cell
 from .follower import Follower
 from .front import Front
@@ -123,7 +123,8 @@ def workspace_map(
     folder = None if out is None else pathlib.Path(out)
     many = grid.shape[0] * grid.shape[1] > _MANY
     follower = Follower(robot, imposed_rows(robot, places), grid.axes, coarse(steps), many)
-    with compile_ahead(follower, selection, half_ranges, places, steps, chunk) as ahead:
+    needs = follower, selection, half_ranges, places, steps, chunk, seed is None
+    with compile_map(*needs) as ahead:
         if seed is None:
             seed = solve_inverse(robot, begin[list(places)], imposed=imposed, steps=steps)
         ahead.wait("follow")
