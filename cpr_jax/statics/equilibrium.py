@@ -174,7 +174,7 @@ def _solve(robot, imposed, target, guess, steps, throw):
         if status != Status.INACCURATE:
             break
     if throw and status != Status.SOLVED:
-        hint = _hint(*task)
+        hint = _hint(*task, guess)
         raise SolveError(status, f"No equilibrium of {robot.name}: {status.message}.{hint}")
     return equilibrium
 
@@ -185,8 +185,10 @@ def _is_far(robot, imposed, target) -> bool:
     return bool(out_of_reach(robot, np.asarray(target)[None], places.tolist())[0])
 
 
-def _hint(robot, imposed, target) -> str:
+def _hint(robot, imposed, target, guess) -> str:
     """What may be wrong with the numbers of a solve that has failed, as a further sentence."""
+    if guess is not None and int(guess.status) != Status.SOLVED:
+        return f" Its `guess` is not solved itself: {Status(int(guess.status)).name}."
     turns = np.abs(np.where(np.any(np.asarray(imposed) != 0.0, axis=0), np.asarray(target), 0.0))
     turning = np.asarray(scales(robot).motors(robot)) == 1.0
     if not np.any(turns[: robot.n_a][turning] > _MANY_TURNS):

@@ -17,6 +17,7 @@ from .equilibrium import Equilibrium, solve_forward
 from .linear import inverse
 from .measures import motor_torques
 from .problem import coordinate_places
+from .reach import out_of_reach
 from .residual import residual
 from .status import SolveError, Status
 from .unknowns import scales, unknown_labels, unknown_scales, unravel
@@ -79,11 +80,20 @@ def resolve_redundancy(
         ) from None
     n_a, n_p = robot.n_a, robot.n_p
     every = unknown_labels(robot)[n_a : n_a + n_p]
-    places = coordinate_places(robot, every if imposed is None else imposed)
-    if len(places) >= n_a or min(places) < n_a:
+    if isinstance(imposed, str):
         raise InputError(
-            f"Argument `imposed` must name fewer platform coordinates than the {n_a} motors of "
-            f"{robot.name}; `solve_inverse` is for as many."
+            f"Argument `imposed` must be a sequence of names, but it is {shown(imposed)}."
+        )
+    places = coordinate_places(robot, every if imposed is None else imposed)
+    if not 0 < len(set(places)) == len(places) < n_a or min(places) < n_a:
+        raise InputError(
+            f"Argument `imposed` must name different platform coordinates, fewer than the {n_a} "
+            f"motors of {robot.name}; `solve_inverse` is for as many."
+        )
+    if any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((robot, point, guess))):
+        raise InputError(
+            "Argument `point` must be numbers: the choice is made in Python, and cannot be part of "
+            "a JAX transformation. Give `solve_forward` the motors that it has chosen."
         )
     target = np.asarray(point, float)
     if target.shape != (len(places),) or not np.all(np.isfinite(target)):
@@ -96,6 +106,15 @@ def resolve_redundancy(
                 f"Argument `guess` must be given, since {robot.name} has no home configuration."
             )
         guess = solve_forward(robot, robot.home.q_a, steps=steps)
+
+    if int(guess.status) != Status.SOLVED:
+        reason = Status(int(guess.status)).name
+        raise InputError(f"Argument `guess` must be solved, but its status is {reason}.")
+    whole = np.append(np.asarray(guess.q_a), np.asarray(guess.q_p))
+    whole[list(places)] = target
+    if out_of_reach(robot, whole[None], places)[0]:
+        status = Status.OUT_OF_REACH
+        raise SolveError(status, f"No equilibrium of {robot.name}: {status.message}.")
 
     rows = [place - n_a for place in places]
     units = np.asarray(unknown_scales(robot))

@@ -136,7 +136,7 @@ def test_a_failed_guess_leads_nowhere(paper):
     failed = solve_inverse(paper, (0.0, 0.6), throw=False)
     found = solve_inverse(paper, (0.0, 0.2), guess=failed, throw=False)
     assert int(found.status) == Status.NOT_FINITE
-    with pytest.raises(SolveError):
+    with pytest.raises(SolveError, match="`guess` is not solved itself: OUT_OF_REACH"):
         solve_inverse(paper, (0.0, 0.2), guess=failed)
 
 

@@ -1,10 +1,11 @@
 """More motors than imposed coordinates: the criterion is least, bad numbers are refused."""
 
+import jax
 import numpy as np
 import pytest
 
 import cpr_jax as cpr
-from cpr_jax.statics.status import Status
+from cpr_jax.statics.status import SolveError, Status
 
 TARGET = (0.01, 0.02)
 
@@ -41,12 +42,31 @@ def test_any_other_orientation_takes_longer_ways(robot, least):
 def test_what_does_not_fit_is_refused(robot):
     with pytest.raises(ValueError, match="`criterion` must be"):
         cpr.resolve_redundancy(robot, TARGET, imposed=("y", "z"), criterion="speed")
-    with pytest.raises(ValueError, match="`imposed` must name fewer"):
+    with pytest.raises(ValueError, match="`imposed` must name different platform"):
         cpr.resolve_redundancy(robot, (0.0, 0.0, 0.0))
     with pytest.raises(ValueError, match="`point` must be 2"):
         cpr.resolve_redundancy(robot, (0.0,), imposed=("y", "z"))
     with pytest.raises(ValueError, match="it names 'w'"):
         cpr.resolve_redundancy(robot, (0.0,), imposed=("w",))
+    with pytest.raises(ValueError, match="`imposed` must be a sequence"):
+        cpr.resolve_redundancy(robot, TARGET, imposed="yz")
+    with pytest.raises(ValueError, match="`imposed` must name different"):
+        cpr.resolve_redundancy(robot, TARGET, imposed=("y", "y"))
+    with pytest.raises(ValueError, match="`imposed` must name different"):
+        cpr.resolve_redundancy(robot, (), imposed=())
+    with pytest.raises(ValueError, match="`point` must be 2 finite"):
+        cpr.resolve_redundancy(robot, (np.nan, 0.0), imposed=("y", "z"))
+    failed = cpr.solve_forward(robot, np.full(3, 9.0), throw=False)
+    with pytest.raises(ValueError, match="`guess` must be solved"):
+        cpr.resolve_redundancy(robot, TARGET, imposed=("y", "z"), guess=failed)
+    with pytest.raises(ValueError, match="`point` must be numbers"):
+        jax.jit(lambda point: cpr.resolve_redundancy(robot, point, imposed=("y", "z")).q_a)(TARGET)
+
+
+def test_a_point_that_no_leg_reaches(robot):
+    with pytest.raises(SolveError, match="reach") as caught:
+        cpr.resolve_redundancy(robot, (5.0, 0.0), imposed=("y", "z"))
+    assert caught.value.status == Status.OUT_OF_REACH
 
 
 def test_names_of_an_inverse_problem(robot):
