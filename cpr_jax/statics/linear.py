@@ -105,10 +105,11 @@ def eliminated(
 ) -> tuple[Float[Array, "n k lanes"], Float[Array, " lanes"]]:
     """`A⁻¹ B` and the sign of `det A` for arrays that have their lanes last."""
     lanes = max(matrix.shape[-1], rights.shape[-1])
-    rows = jnp.concatenate(
-        [jnp.broadcast_to(a, (*a.shape[:2], lanes)) for a in (matrix, rights)], axis=1
-    )
-    return in_blocks(_gauss_jordan, [rows], BLOCK)
+    both = [jnp.broadcast_to(a, (*a.shape[:2], lanes)) for a in (matrix, rights)]
+    if len(matrix) == 1:
+        # As below, but for the loop: the plane has many of these.
+        return both[1] / both[0], jnp.sign(both[0][0, 0])
+    return in_blocks(_gauss_jordan, [jnp.concatenate(both, axis=1)], BLOCK)
 
 
 class Eliminated(NamedTuple):
@@ -201,6 +202,12 @@ def _gauss_jordan(rows):
     return rows[:, n:], sign
 
 
+def _count_negative(matrix):
+    if len(matrix) == 1:
+        return (matrix[0, 0] < 0.0).astype(jnp.int32)
+    return in_blocks(_pivots, [matrix], BLOCK)
+
+
 def _pivots(matrix):
     """Negative pivots of `L D Lᵀ`, the largest first; a pivot of zero becomes a tiny one."""
     n, lanes = matrix.shape[0], matrix.shape[-1]
@@ -225,7 +232,4 @@ def _pivots(matrix):
     return lax.fori_loop(0, n, eliminate, start)[2]
 
 
-_negative_pivots = over_lanes(
-    lambda matrix: in_blocks(_pivots, [matrix], BLOCK),
-    lambda _: jax.ShapeDtypeStruct((), jnp.int32),
-)
+_negative_pivots = over_lanes(_count_negative, lambda _: jax.ShapeDtypeStruct((), jnp.int32))
