@@ -25,6 +25,12 @@ def test_it_rests_and_is_as_it_was(before):
     assert gc.isenabled() == before
 
 
+def test_what_a_block_changes_ends_with_it(before):
+    with uncollected():
+        gc.enable()
+    assert gc.isenabled() == before
+
+
 def test_after_an_error_too(before):
     with pytest.raises(KeyError), uncollected():
         raise KeyError

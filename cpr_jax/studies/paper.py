@@ -87,11 +87,11 @@ def case_study(
 
     selection = select(robot)
     options = Options(selection, Distribution.GAUSSIAN, Prediction.SECOND_ORDER)
+    # At D, samples are lost beyond the T2 line.
+    ahead = compile_study(robot, options, ranges(robot, selection), followed=True)
     # Side by side: the map is traced by Python while the samples are solved by XLA.
-    with ThreadPoolExecutor(1) as pool:
+    with ThreadPoolExecutor(1) as pool, ahead:
         mapping = pool.submit(mapped)
-        # At D, samples are lost beyond the T2 line.
-        compile_study(robot, options, ranges(robot, selection), followed=True)
         equilibria = {name: solve_inverse(robot, point) for name, point in POINTS.items()}
         observer.equilibria(robot, equilibria)
         studies = {
