@@ -96,7 +96,9 @@ def compile_study(
     - `followed`: whether some samples are known to be doubtful, which most studies have none of.
     """
     selection = options.selection
-    if not _is_new("study", robot, options, followed):
+    needed = _is_new("study", robot, options)
+    followed = followed and _is_new("followed", robot, options)
+    if not (needed or followed):
         return Ahead()
     d, n_rho = robot.geometry.d, len(selection.labels)
     y, slopes = not_a_number(robot.n_y), not_a_number(robot.n_y, n_rho)
@@ -113,7 +115,9 @@ def compile_study(
     def expanding() -> None:
         expand(robot, selection, y, slopes, delta, np.asarray(MENU[0]))
 
-    jobs = [linear, expanding, lambda: compile_samples(study, options, bounds)]
+    jobs = []
+    if needed:
+        jobs += [linear, expanding, lambda: compile_samples(study, options, bounds)]
     if followed:
         jobs.append(lambda: compile_following(study, options, bounds))
     return Ahead(*map(started, jobs))

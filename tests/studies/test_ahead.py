@@ -1,6 +1,8 @@
 """What is compiled ahead is what a study then calls, and nothing else."""
 
-import numpy as np
+import threading
+
+import jax.numpy as jnp
 import pytest
 
 import cpr_jax as cpr
@@ -50,8 +52,9 @@ def test_a_study(paper):
     with compile_study(paper, options, ranges(paper, selection, None), followed=True):
         pass
     assert names(known() - called) == set()
-    # It is not asked for again.
-    assert not compile_study(paper, options, ranges(paper, selection, None), True)._threads
+    # It is not asked for again, by the whole or by a part.
+    for followed in (True, False):
+        assert not compile_study(paper, options, ranges(paper, selection, None), followed)._threads
 
 
 def test_a_map(paper):
@@ -67,11 +70,14 @@ def test_a_map(paper):
     assert names(known() - called) == set()
 
 
-def test_what_fails_ahead_is_left_for_the_call(paper):
-    """A mistake in a thread is not lost: who calls the program meets it."""
+def test_what_fails_ahead_is_left_for_the_call(paper, monkeypatch):
+    """Nothing is printed of a mistake in a thread: who calls the program meets it."""
+    printed: list = []
+    monkeypatch.setattr(threading, "excepthook", printed.append)
     selection = select(paper)
     options = Options(selection, Distribution.GAUSSIAN, Prediction.SECOND_ORDER)
-    with compile_study(paper, options, np.ones(7)):
-        pass
+    with compile_study(paper, options, jnp.ones(7)) as failing:
+        assert failing._threads
+    assert not printed
     study = monte_carlo(paper, cpr.solve_inverse(paper, (0.0, 0.25)), 1000)
     assert study.solved == 1000
