@@ -114,7 +114,9 @@ _AXIS_LABEL = re.compile(r"(base|f)(\d+)(?:_(\d+))?_([xyz])")
 _LOAD_LABEL = re.compile(r"(f_P|m_P)_([xyz])")
 
 
-def select(robot: Robot, labels: Sequence[str] | None = None) -> Selection:
+def select(
+    robot: Robot, labels: Sequence[str] | None = None, field: str = "parameters"
+) -> Selection:
     """The parameters with the given labels; by default those whose uncertainty is known.
 
     **Arguments:**
@@ -125,17 +127,18 @@ def select(robot: Robot, labels: Sequence[str] | None = None) -> Selection:
         further segments `k_b1_2` (of leg 1, segment 2), `r_c1_2`, `kappa1_2`, `l1_2`, `f1_2_y`;
         or any array of the robot with an index, such as `legs.joint.lever[0]`. Legs and segments
         count from 1, indices from 0.
+    - `field`: the argument that errors are to name.
     """
     if labels is None:
         labels = tuple(robot.uncertainty)
         if not labels:
             raise InputError(
-                f"Argument `parameters` must name parameters, since {robot.name} declares no "
+                f"Argument `{field}` must name parameters, since {robot.name} declares no "
                 "uncertainty of its own."
             )
     if isinstance(labels, str):
         labels = (labels,)
-    return Selection(tuple(_entry(robot, label) for label in labels))
+    return Selection(tuple(_entry(robot, label, field) for label in labels))
 
 
 def ranges(
@@ -166,11 +169,13 @@ def ranges(
     return jnp.asarray(namespace(values).stack(values), float)
 
 
-def _entry(robot: Robot, label: str) -> Entry:
-    entry = _named(robot, label) or _by_path(label)
+def _entry(robot: Robot, label: str, field: str) -> Entry:
+    entry = None
+    if isinstance(label, str):
+        entry = _named(robot, label, field) or _by_path(label)
     if entry is None:
         raise InputError(
-            "Argument `parameters` must name numbers of the robot, such as 'k_b1', 'r_c1', 'l1', "
+            f"Argument `{field}` must name numbers of the robot, such as 'k_b1', 'r_c1', 'l1', "
             f"'base1_y', 'f_P_y' or 'legs.rod.length[0]', but it names {label!r}."
         )
     try:
@@ -181,7 +186,7 @@ def _entry(robot: Robot, label: str) -> Entry:
         inside = False
     if not inside:
         raise InputError(
-            f"Argument `parameters` must name numbers that the robot has, but {label!r} is not "
+            f"Argument `{field}` must name numbers that the robot has, but {label!r} is not "
             f"among those of {robot.name} ({robot.n} legs)."
         )
     known = not isinstance(leaf, jax.core.Tracer)
@@ -189,24 +194,24 @@ def _entry(robot: Robot, label: str) -> Entry:
     if entry.reciprocal and known and np.asarray(leaf)[entry.index] == 0.0:
         instead = f": name {label.replace('r_c', 'kappa')!r} of a straight rod"
         raise InputError(
-            f"Argument `parameters` must name finite numbers, but {label!r} is infinite"
+            f"Argument `{field}` must name finite numbers, but {label!r} is infinite"
             f"{instead if label.startswith('r_c') else ''}."
         )
     return entry
 
 
-def _named(robot: Robot, label: str) -> Entry | None:
+def _named(robot: Robot, label: str, field: str) -> Entry | None:
     axes = robot.geometry.axes
     about = enumerate(robot.geometry.stiffnesses)
     of_legs = _LEG | {name: (_COMPLIANCE, (k,), True, "N m^2") for k, name in about}
     if (match := _LEG_LABEL.fullmatch(label)) and match[1] in of_legs:
         path, rest, reciprocal, unit = of_legs[match[1]]
         kind = SegmentLength if path == _LENGTH and match[3] else Entry
-        path, index = _place(robot, label, path, _index(match[2]), match[3])
+        path, index = _place(robot, label, path, _index(match[2]), match[3], field)
         return kind(label, path, (*index, *rest), reciprocal, unit)
     if (match := _AXIS_LABEL.fullmatch(label)) and match[4] in axes:
         path, unit = _AXIS[match[1]]
-        path, index = _place(robot, label, path, _index(match[2]), match[3])
+        path, index = _place(robot, label, path, _index(match[2]), match[3], field)
         return Entry(label, path, (*index, axes.index(match[4])), False, unit)
     if match := _LOAD_LABEL.fullmatch(label):
         force = match[1] == "f_P"
@@ -227,13 +232,13 @@ def segment_count(robot: Robot, leg: int) -> int | None:
     return 1 + int(np.count_nonzero(np.asarray(further.length)[leg]))
 
 
-def _place(robot: Robot, label: str, path: str, leg: int, segment: str | None):
+def _place(robot: Robot, label: str, path: str, leg: int, segment: str | None, field: str):
     """Where a number of a leg, or of a segment of its rod, is: path and first indices."""
     if not path.startswith("legs.rod.") or leg >= robot.n:
         return path, (_NOWHERE if segment else leg,)
     count = segment_count(robot, leg)
     if segment is None and count is not None and count > 1:
-        raise segment_missing(label, leg + 1, count, "parameters")
+        raise segment_missing(label, leg + 1, count, field)
     if segment is None:
         return path, (leg,)
     # A uniform rod has no segments that one could name.

@@ -112,30 +112,38 @@ def chord_corrector(
         f, jacobian = linearised(predicted, h)
         inverse, sign = inverse_with_sign(jacobian)
 
-        def advance(now: Chord, f) -> Chord:
+        def advanced(now: Chord, f) -> Chord:
             return now.advanced(-inverse @ f, jnp.max(jnp.abs(f)))
 
         def unfinished(now: Chord):
             near = jnp.max(jnp.abs(now.y - predicted)) < DEVIATION
             return now.unfinished & near & (now.worst < _SURE)
 
-        now = jax.lax.while_loop(
-            unfinished,
-            lambda now: advance(now, values(now.y, h)),
-            advance(Chord.start(predicted), f),
-        )
+        def lacks(now: Chord, turned: Chord):
+            moved = jnp.max(jnp.abs(turned.moved))
+            rough = (turned.corrections == 0) | (moved > _ROUGH * jnp.max(jnp.abs(turned.y)))
+            return now.converged & rough & (turned.corrections < _TURNS)
 
-        def turn(slope: Chord) -> Chord:
+        def going(state: tuple[Chord, Chord]):
+            return unfinished(state[0]) | lacks(*state)
+
+        def advance(state: tuple[Chord, Chord]):
+            """The root first, then its slope: the program has one copy of the equations."""
+            now, turned = state
+            root = unfinished(now)
             # At a root all that the difference sees is what the slope lacks.
-            lacking = values(now.y + _ASIDE * slope.y, h + _ASIDE * dh) / _ASIDE
-            return advance(slope, lacking)
+            aside = jnp.where(root, 0.0, _ASIDE)
+            f = values(now.y + aside * turned.y, h + aside * dh) / jnp.where(root, 1.0, _ASIDE)
+            new = advanced(_either(root, now, turned), f)
+            return _either(root, new, now), _either(root, turned, new)
 
-        def lacks(slope: Chord):
-            moved = jnp.max(jnp.abs(slope.moved))
-            return (slope.corrections < _TURNS) & (moved > _ROUGH * jnp.max(jnp.abs(slope.y)))
-
-        turned = jax.lax.while_loop(lacks, turn, turn(Chord.start(slope)))
+        begin = advanced(Chord.start(predicted), f), Chord.start(slope)
+        now, turned = jax.lax.while_loop(going, advance, begin)
         sure = now.converged & (now.worst < _SURE)
         return Corrected(now.y, sure, sign, turned.y)
 
     return correct
+
+
+def _either(which: Bool[Array, ""], one: Chord, other: Chord) -> Chord:
+    return jax.tree.map(lambda a, b: jnp.where(which, a, b), one, other)

@@ -76,7 +76,7 @@ def critical_value(
     """
     if int(equilibrium.status) != Status.SOLVED:
         raise InputError("Argument `equilibrium` must be solved.")
-    selection = select(robot, (parameter,))
+    selection = select(robot, (parameter,), "parameter")
     start = float(selection.get(robot)[0])
     if not np.isfinite(stop) or stop == start:
         raise InputError(

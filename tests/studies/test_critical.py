@@ -54,10 +54,17 @@ def test_nothing_happens_before_the_load(compressed):
 
 
 @pytest.mark.parametrize(
-    ("parameter", "stop"), [("f_P_z", -1.0), ("f_P_z", np.nan), ("f_P_q", 1.0)]
+    ("parameter", "stop", "named"),
+    [
+        ("f_P_z", -1.0, "`stop`"),
+        ("f_P_z", np.nan, "`stop`"),
+        ("f_P_q", 1.0, "`parameter` .*'f_P_q'"),
+        ("l3", 1.0, "`parameter` .*'l3'"),
+        (3, 1.0, "`parameter` .*3"),
+    ],
 )
-def test_mistakes_are_named(compressed, parameter, stop):
-    with pytest.raises(InputError, match=r"stop|f_P_q"):
+def test_mistakes_are_named(compressed, parameter, stop, named):
+    with pytest.raises(InputError, match=named):
         critical_value(*compressed, parameter, stop)
 
 
