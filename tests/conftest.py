@@ -1,6 +1,5 @@
 """Settings that all tests share."""
 
-import gc
 import os
 import pathlib
 import tempfile
@@ -8,9 +7,6 @@ import tempfile
 import jax
 
 jax.config.update("jax_enable_x64", True)
-
-# Tracing makes many objects that live on: looking for garbage among them took a tenth of all time.
-gc.set_threshold(50_000, 20, 50)
 
 # Workers and runs share what they compile: one suite compiles each program once, however small.
 _CACHE = pathlib.Path(tempfile.gettempdir()) / f"cpr_jax-tests-{os.getuid()}"
