@@ -119,10 +119,13 @@ def chord_corrector(
             near = jnp.max(jnp.abs(now.y - predicted)) < DEVIATION
             return now.unfinished & near & (now.worst < _SURE)
 
+        def sure(now: Chord):
+            return now.converged & (now.worst < _SURE)
+
         def lacks(now: Chord, turned: Chord):
             moved = jnp.max(jnp.abs(turned.moved))
             rough = (turned.corrections == 0) | (moved > _ROUGH * jnp.max(jnp.abs(turned.y)))
-            return now.converged & rough & (turned.corrections < _TURNS)
+            return sure(now) & rough & (turned.corrections < _TURNS)
 
         def going(state: tuple[Chord, Chord]):
             return unfinished(state[0]) | lacks(*state)
@@ -139,8 +142,7 @@ def chord_corrector(
 
         begin = advanced(Chord.start(predicted), f), Chord.start(slope)
         now, turned = jax.lax.while_loop(going, advance, begin)
-        sure = now.converged & (now.worst < _SURE)
-        return Corrected(now.y, sure, sign, turned.y)
+        return Corrected(now.y, sure(now), sign, turned.y)
 
     return correct
 
