@@ -2,7 +2,7 @@
 
 import dataclasses
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from operator import attrgetter
 
 import equinox as eqx
@@ -136,7 +136,7 @@ def select(
                 f"Argument `{field}` must name parameters, since {robot.name} declares no "
                 "uncertainty of its own."
             )
-    if isinstance(labels, str):
+    if isinstance(labels, str) or not isinstance(labels, Iterable):
         labels = (labels,)
     return Selection(tuple(_entry(robot, label, field) for label in labels))
 

@@ -138,6 +138,8 @@ def test_selection_by_path_is_the_selection_by_name(robot, equilibria):
         ({"parameters": ["f1_y"]}, "f1_y"),
         ({"parameters": ["legs.rod.width[0]"]}, "legs.rod.width"),
         ({"parameters": ["legs.rod.length[7]"]}, "legs.rod.length"),
+        ({"parameters": [5]}, "it names 5"),
+        ({"parameters": 5}, "it names 5"),
         ({"parameters": ["l1"]}, "l1"),
         ({"delta": {"l1": 0.1}}, "l1"),
         ({"delta": {"k_b1": -0.1}}, "k_b1"),
