@@ -35,9 +35,15 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 _UNDER = ("jax", "jaxlib", "equinox", "diffrax", "optimistix", "lineax", "numpy", "scipy")
 """Distributions that a traced program depends on."""
 
-_HOT = {"xla_cpu_prefer_vector_width": 512, "xla_cpu_experimental_ynn_fusion_type": ""}
-"""The widest registers that there are: XLA uses half of them if it is not told. Sums without its
-YNN library, which takes far longer for small ones and in jaxlib 0.10.2 gets some of them wrong."""
+_HOT = {
+    "xla_backend_optimization_level": 3,
+    "xla_cpu_use_fusion_emitters": True,
+    "xla_cpu_prefer_vector_width": 512,
+    "xla_cpu_experimental_ynn_fusion_type": "",
+}
+"""XLA's usual levels, whatever `XLA_FLAGS` says, and the widest registers that there are: it uses
+half of them if it is not told. Sums without its YNN library, which takes far longer for small ones
+and in jaxlib 0.10.2 gets some of them wrong."""
 
 _QUICK = _HOT | {"xla_backend_optimization_level": 1, "xla_cpu_use_fusion_emitters": False}
 """LLVM's first level compiles in three quarters of the time and takes up to a fifteenth longer to

@@ -5,6 +5,14 @@ import pathlib
 import tempfile
 
 import jax
+import jaxlib
+
+# What tests write themselves runs for moments only: it is compiled as quickly as XLA can. The
+# package's own programs say how they are to be compiled. Later releases abort at the second flag.
+_FLAGS = ["--xla_backend_optimization_level=1"]
+if jaxlib.__version__.startswith("0.10."):
+    _FLAGS.append("--xla_cpu_use_fusion_emitters=false")
+os.environ["XLA_FLAGS"] = " ".join([*_FLAGS, os.environ.get("XLA_FLAGS", "")])
 
 jax.config.update("jax_enable_x64", True)
 

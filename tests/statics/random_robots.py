@@ -1,5 +1,7 @@
 """Robots at random: every kind of motor and of joint, in the plane and in space."""
 
+import dataclasses
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -112,7 +114,7 @@ def random_robot(rng, geometry, legs: int):
     """A robot with a body as platform, all of one structure: one compiled solve serves them."""
     d = geometry.d
     angles = 2.0 * np.pi * (np.arange(legs) + 0.3 * rng.uniform(size=legs)) / legs
-    return make_robot(
+    robot = make_robot(
         geometry,
         [_leg(rng, geometry, angle) for angle in angles],
         oriented=True,
@@ -121,6 +123,8 @@ def random_robot(rng, geometry, legs: int):
         home=(np.zeros(legs), _home(geometry)),
         name="random",
     )
+    # Also where no motor happens to turn its leg.
+    return dataclasses.replace(robot, legs=dataclasses.replace(robot.legs, turns=True))
 
 
 def solved_robots(geometry, legs: int, count: int = 9, seed: int = 1):

@@ -12,7 +12,8 @@ def with_rods(robot, rods):
     """The robot with other rods, one a leg."""
     legs = [dataclasses.replace(robot.leg(i), rod=rod) for i, rod in enumerate(rods)]
     again = make_robot(robot.geometry, legs, oriented=robot.oriented)
-    return dataclasses.replace(robot, legs=again.legs, uncertainty={})
+    legs = dataclasses.replace(again.legs, turns=robot.legs.turns)
+    return dataclasses.replace(robot, legs=legs, uncertainty={})
 
 
 def cut(robot, shares):
