@@ -72,4 +72,4 @@ def _advance(
 advance = program(_advance)
 
 advance_many = hot_program(_advance)
-"""The same, compiled for longer: worth it for a hundred thousand lanes and more."""
+"""The same, compiled for longer: worth it for millions of lanes."""

@@ -137,9 +137,11 @@ class Front:
         neighbours, and a pass costs as much as it tries, however large the grid is."""
         assert self.fresh is not None
         beside = (self.fresh[:, None] + stride * _OFFSETS).reshape(-1, 2)
-        places = np.unique(np.ravel_multi_index(tuple(beside.T), self.solved.shape))
+        places = np.ravel_multi_index(tuple(beside.T), self.solved.shape)
         open_ = self.wanted.ravel()[places] & ~self.solved.ravel()[places]
-        return np.stack(np.unravel_index(places[open_], self.solved.shape), axis=1)
+        # Few are open on a fine lattice: what is sorted to find them once each is short.
+        places = np.unique(places[open_])
+        return np.stack(np.unravel_index(places, self.solved.shape), axis=1)
 
     def _pass(self, stride: int) -> bool:
         """Tries all cells that have new solved neighbours; says whether there were any."""
