@@ -19,6 +19,7 @@ def executed(name: str, asked: str):
         cache = jax.config.jax_compilation_cache_dir
         if cache:
             environment.setenv("JAX_COMPILATION_CACHE_DIR", str(cache))
+            environment.setenv("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0")
         nbclient.NotebookClient(
             notebook,
             timeout=300,

@@ -4,6 +4,7 @@ import socket
 import subprocess
 import sys
 
+import jax
 import numpy as np
 
 # Small windows, so that a study has several of them.
@@ -49,9 +50,11 @@ def run(folder, devices=1, processes=1):
         port = free.getsockname()[1]
     program = STUDY.format(devices=devices, processes=processes, port=port)
     files = [folder / f"{devices}-{processes}-{k}.npz" for k in range(processes)]
+    # Programs that the other runs have made.
+    cache = jax.config.jax_compilation_cache_dir
     started = [
         subprocess.Popen(
-            [sys.executable, "-c", program, str(file), str(k), str(folder / "cache")],
+            [sys.executable, "-c", program, str(file), str(k), str(cache)],
             stderr=subprocess.PIPE,
             text=True,
         )
