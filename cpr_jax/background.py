@@ -5,8 +5,9 @@ import threading
 from collections.abc import Callable
 
 import jax
-import jax.numpy as jnp
 import numpy as np
+
+from .geometry import floats
 
 
 def started(job: Callable[[], object]) -> threading.Thread:
@@ -27,4 +28,4 @@ def started(job: Callable[[], object]) -> threading.Thread:
 def not_a_number(*shape: int) -> jax.Array:
     """What programs are called with to be compiled: on NaN every iteration stops at once."""
     # From numpy: an operation alone would wait for what is being compiled.
-    return jnp.asarray(np.full(shape, np.nan))
+    return floats(np.full(shape, np.nan))

@@ -154,7 +154,7 @@ class _Program:
 
     @property
     def _options(self) -> dict[str, Any]:
-        return {name: value for name, value in self._wishes.items() if _is_option(name, value)}
+        return _options(tuple(self._wishes.items()))
 
     def _alone(self, *args, **kwargs):
         """A call that is a program of its own, not kept."""
@@ -291,12 +291,18 @@ def _is_within(arrays) -> bool:
 
 
 @functools.cache
-def _is_option(name: str, value: Any) -> bool:
-    """Whether this release of XLA knows an option, for the devices at hand."""
+def _options(wishes: tuple[tuple[str, Any], ...]) -> dict[str, Any]:
+    """Those of some options that this release of XLA knows, for the devices at hand."""
     if jax.default_backend() != "cpu":
-        return False
+        return {}
+    if _are_known(wishes):
+        return dict(wishes)
+    return dict(wish for wish in wishes if _are_known((wish,)))
+
+
+def _are_known(options: tuple[tuple[str, Any], ...]) -> bool:
     try:
-        jax.jit(lambda: 0.0, compiler_options={name: value}).lower().compile()
+        jax.jit(lambda: 0.0, compiler_options=dict(options)).lower().compile()
     except jax.errors.JaxRuntimeError:
         return False
     return True

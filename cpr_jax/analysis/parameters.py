@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 
 from ..checks import check_positive
 from ..errors import InputError
-from ..geometry import namespace
+from ..geometry import floats, namespace
 from ..robots.labels import segment_missing
 from ..robots.robot import Robot
 from ..rods.segments import first_length
@@ -166,7 +166,7 @@ def ranges(
             "none."
         )
     values = [known[label] for label in selection.labels]
-    return jnp.asarray(namespace(values).stack(values), float)
+    return floats(namespace(values).stack(values))
 
 
 def _entry(robot: Robot, label: str, field: str) -> Entry:

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import InputError
-from ..geometry import namespace
+from ..geometry import floats, namespace
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS, rod_shape
@@ -99,7 +99,7 @@ class Sensitivity(eqx.Module):
     def Pi(self, rows: str | Sequence[str] = "p_P") -> Float[Array, "n_r n_rho"]:
         """`Π_{y_r} = S Π_y` (16) of the named rows."""
         xp = namespace(self.Pi_y)
-        return jnp.asarray(xp.asarray(self.Pi_y)[np.array(self.indices(rows))])
+        return floats(xp.asarray(self.Pi_y)[np.array(self.indices(rows))])
 
     @property
     def Pi_p(self) -> Float[Array, "d n_rho"]:

@@ -14,6 +14,7 @@ from jaxtyping import Array, ArrayLike, Float
 Components: TypeAlias = Float[Array, " k"] | Sequence[Float[Array, ""] | float]
 
 Numbers: TypeAlias = ArrayLike | Sequence[ArrayLike]
+"""What users may give for an array."""
 
 
 def namespace(*values: Any) -> Any:
@@ -25,7 +26,15 @@ def namespace(*values: Any) -> Any:
     return jnp if any(isinstance(leaf, jax.core.Tracer) for leaf in leaves) else np
 
 
-"""What users may give for an array."""
+def floats(values: Any) -> jax.Array:
+    """An array of floating-point numbers.
+
+    `jnp.asarray` without a type compiles a program for each shape of what it is given, which takes
+    longer than all the rest of describing a robot.
+    """
+    if isinstance(values, jax.Array):
+        return values.astype(float)
+    return jnp.asarray(namespace(values).asarray(values, float), float)
 
 
 class AbstractGeometry(abc.ABC):

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import jax.numpy as jnp
 import numpy as np
 
-from ..geometry import PLANE, namespace
+from ..geometry import PLANE, floats, namespace
 from ..rods.rod import kirchhoff_rod
 from .joint import Joint, pivot
 from .leg import make_leg, prismatic_screw
@@ -43,7 +43,7 @@ def rfrfr(
     stiffness = xp.broadcast_to(xp.asarray(k_b, float), (2,))
     joint = pivot(PLANE)
     if printed_moment_row:
-        joint = Joint(free=joint.free, lever=jnp.asarray(0.0, float))
+        joint = Joint(free=joint.free, lever=floats(0.0))
     legs = [
         make_leg(
             PLANE,

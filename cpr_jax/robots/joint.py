@@ -1,11 +1,10 @@
 """Joints as data: which relative motions they leave free."""
 
 import equinox as eqx
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..geometry import AbstractGeometry, Numbers
+from ..geometry import AbstractGeometry, Numbers, floats
 
 
 class Joint(eqx.Module):
@@ -57,7 +56,7 @@ def passive(
     """The freedoms of a joint at the base of a leg, see `BaseJoint`."""
 
     def vector(value, size):
-        return jnp.asarray(np.zeros(size) if value is None else np.asarray(value, float))
+        return floats(np.zeros(size) if value is None else value)
 
     return BaseJoint(joint.free, vector(position, geometry.d), vector(rotation, geometry.r))
 
@@ -65,7 +64,7 @@ def passive(
 def _joint(geometry: AbstractGeometry, translations: list[int], rotations: list[int]) -> Joint:
     free = np.zeros(geometry.freedoms)
     free[translations + [geometry.d + k for k in rotations]] = 1.0
-    return Joint(free=jnp.asarray(free), lever=jnp.asarray(1.0, float))
+    return Joint(free=floats(free), lever=floats(1.0))
 
 
 def pivot(geometry: AbstractGeometry) -> Joint:

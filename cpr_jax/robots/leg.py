@@ -1,13 +1,12 @@
 """A leg: actuator, passive joint, segment a, rod, segment b, joint, place on the platform."""
 
 import equinox as eqx
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import check_shape, check_vector
 from ..errors import InputError
-from ..geometry import AbstractGeometry, Numbers, namespace
+from ..geometry import AbstractGeometry, Numbers, floats, namespace
 from ..rods.rod import Rod
 from .joint import BaseJoint, Joint, pivot
 
@@ -49,12 +48,12 @@ class Leg(eqx.Module):
 
 def revolute_screw(geometry: AbstractGeometry) -> Float[Array, " freedoms"]:
     """A motor that turns about the last local axis."""
-    return jnp.asarray(np.eye(geometry.freedoms)[-1])
+    return floats(np.eye(geometry.freedoms)[-1])
 
 
 def prismatic_screw(geometry: AbstractGeometry, axis: int = 0) -> Float[Array, " freedoms"]:
     """A motor that slides along a local axis."""
-    return jnp.asarray(np.eye(geometry.freedoms)[axis])
+    return floats(np.eye(geometry.freedoms)[axis])
 
 
 def make_leg(
@@ -86,14 +85,14 @@ def make_leg(
         xp = namespace(segment)
         segment = xp.asarray(segment, float)
         rest = np.zeros(geometry.d - 1)
-        return jnp.asarray(segment if segment.ndim else xp.append(segment, rest))
+        return floats(segment if segment.ndim else xp.append(segment, rest))
 
     def vector(name, value, size):
         if value is None:
-            return jnp.asarray(np.zeros(size))
+            return floats(np.zeros(size))
         check_vector(name, value, size)
         xp = namespace(value)
-        return jnp.asarray(xp.asarray(value, float).reshape(size))
+        return floats(xp.asarray(value, float).reshape(size))
 
     parts = {
         "rod": (rod.precurvature, r),
@@ -118,7 +117,7 @@ def make_leg(
         joint=pivot(geometry) if joint is None else joint,
         attachment_position=vector("attachment_position", attachment_position, d),
         attachment_rotation=vector("attachment_rotation", attachment_rotation, r),
-        feed=None if feed is None else jnp.asarray(feed, float),
+        feed=None if feed is None else floats(feed),
         stroke=None if stroke is None else along_tangent("stroke", stroke),
         base_joint=base_joint,
     )

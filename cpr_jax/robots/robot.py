@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 
 from ..checks import check_positive, check_shape, check_vector
 from ..errors import InputError
-from ..geometry import SPACE, AbstractGeometry, Components, Numbers, namespace
+from ..geometry import SPACE, AbstractGeometry, Components, Numbers, floats, namespace
 from ..rods.rod import Rod, Segments
 from ..rods.segments import alike
 from .joint import BaseJoint, Joint
@@ -158,12 +158,12 @@ def make_robot(
     def vector(name, value, size):
         if value is not None:
             check_vector(name, value, size)
-        return jnp.asarray(np.zeros(size) if value is None else value, float)
+        return floats(np.zeros(size) if value is None else value)
 
     for k, load in enumerate(loads):
         for part in load:
             check_shape(f"loads[{k}]", part, (d,))
-    ways = jnp.asarray(np.eye(len(legs)) if transmission is None else transmission)
+    ways = floats(np.eye(len(legs)) if transmission is None else transmission)
     if ways.ndim != 2 or len(ways) != len(legs):
         check_shape("transmission", ways, (len(legs), ways.shape[-1] if ways.ndim else 1))
     for label, half_range in (uncertainty or {}).items():
@@ -176,7 +176,7 @@ def make_robot(
                 "Argument `home` must be a pair, `q_a` and `q_p` (of a body its position and its "
                 f"rotation vector in one), but it has {len(home)} parts."
             )
-        q_a, q_p = (jnp.asarray(part, float) for part in home)
+        q_a, q_p = (floats(part) for part in home)
         check_shape("home[0]", q_a, (ways.shape[1],))
         check_shape("home[1]", q_p, (d + r if oriented else d,))
         known = Home(q_a, q_p)
@@ -188,7 +188,7 @@ def make_robot(
         m_P=vector("m_P", m_P, r).reshape(-1),
         transmission=ways,
         home=known,
-        uncertainty={k: jnp.asarray(v, float) for k, v in (uncertainty or {}).items()},
+        uncertainty={k: floats(v) for k, v in (uncertainty or {}).items()},
         name=name,
         loads=_point_loads(loads) if loads else None,
     )
@@ -198,8 +198,7 @@ def _point_loads(loads: Sequence[tuple[Numbers, Numbers]]) -> PointLoads:
     places, forces = zip(*loads, strict=True)
     xp = namespace(places, forces)
     position, force = (
-        jnp.asarray(xp.stack([xp.asarray(v, float) for v in vectors]))
-        for vectors in (places, forces)
+        floats(xp.stack([xp.asarray(v, float) for v in vectors])) for vectors in (places, forces)
     )
     return PointLoads(position, force)
 
@@ -214,32 +213,33 @@ def _stack(legs: Sequence[Leg]) -> Leg:
             return None
         xp = namespace(*present)
         zero = np.zeros(present[0].shape)
-        return jnp.asarray(xp.stack([zero if leaf is None else leaf for leaf in leaves]))
+        return floats(xp.stack([zero if leaf is None else leaf for leaf in leaves]))
 
     joints = [leg.base_joint for leg in legs if leg.base_joint is not None]
     if joints:
-        locked = jax.tree.map(lambda leaf: jnp.asarray(np.zeros(leaf.shape)), joints[0])
+        locked = jax.tree.map(lambda leaf: floats(np.zeros(leaf.shape)), joints[0])
         legs = [
             dataclasses.replace(leg, base_joint=locked) if leg.base_joint is None else leg
             for leg in legs
         ]
     rods = alike([leg.rod for leg in legs])
-    turns = any(_may_turn(leg) for leg in legs)
+    turns = any(_turns(leg.screw, leg.base_position.size) for leg in legs)
     legs = [
         dataclasses.replace(leg, rod=rod, turns=turns) for leg, rod in zip(legs, rods, strict=True)
     ]
     return jax.tree.map(stack, *legs, is_leaf=none)
 
 
-def _may_turn(leg: Leg) -> bool:
-    turn = leg.screw[leg.base_position.size :]
-    return isinstance(turn, jax.core.Tracer) or bool(np.any(np.asarray(turn)))
+def _turns(screw: Float[Array, "*legs freedoms"], d: int) -> bool:
+    """Whether a motor, or any of several, may turn what it moves."""
+    return isinstance(screw, jax.core.Tracer) or bool(np.any(np.asarray(screw)[..., d:]))
 
 
 def check_turns(robot: Robot) -> None:
     """Refuses a robot one of whose legs was told to turn after it was made without that."""
-    turn = robot.legs.screw[..., robot.geometry.d :]
-    if robot.legs.turns or isinstance(turn, jax.core.Tracer) or not np.any(np.asarray(turn)):
+    screw = robot.legs.screw
+    known = not isinstance(screw, jax.core.Tracer)
+    if robot.legs.turns or not (known and _turns(screw, robot.geometry.d)):
         return
     raise InputError(
         "Argument `robot` must have `legs.turns` where `legs.screw` turns a leg, but it was made "

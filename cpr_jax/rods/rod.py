@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import check_positive, check_shape, check_vector
-from ..geometry import AbstractGeometry, Numbers, namespace
+from ..geometry import AbstractGeometry, Numbers, floats, namespace
 from .section import Material, Section
 
 
@@ -99,11 +99,11 @@ def kirchhoff_rod(
         rest = xp.append(np.zeros(geometry.r - 1), rest)
     stiffness = xp.broadcast_to(xp.asarray(k_b, float), (geometry.r,))
     return Rod(
-        length=jnp.asarray(length, float),
-        curvature_compliance=jnp.asarray(1.0 / stiffness),
-        precurvature=jnp.asarray(rest),
-        force=None if force is None else jnp.asarray(force, float),
-        moment=None if moment is None else jnp.atleast_1d(jnp.asarray(moment, float)),
+        length=floats(length),
+        curvature_compliance=floats(1.0 / stiffness),
+        precurvature=floats(rest),
+        force=None if force is None else floats(force),
+        moment=None if moment is None else jnp.atleast_1d(floats(moment)),
     )
 
 

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float, Int
 
 from ..background import not_a_number, started
 from ..errors import InputError, check_integer
-from ..geometry import Numbers, namespace
+from ..geometry import Numbers, floats, namespace
 from ..programs import program
 from ..robots.robot import Robot, check_turns
 from ..rods.segments import first_length
@@ -122,7 +122,7 @@ def solve_inverse(
     point = _checked("point", point, robot.n_a, robot)
     xp = namespace(point)
     target = xp.asarray(point) @ np.eye(robot.n_a + robot.n_p)[list(places)]
-    return _solve(robot, imposed_rows(robot, places), jnp.asarray(target), guess, steps, throw)
+    return _solve(robot, imposed_rows(robot, places), floats(target), guess, steps, throw)
 
 
 def solve_forward(
@@ -139,7 +139,7 @@ def solve_forward(
     """
     _check_call(robot, guess, steps)
     q_a = _checked("q_a", q_a, robot.n_a, robot)
-    target = jnp.asarray(namespace(q_a).pad(q_a, (0, robot.n_p)))
+    target = floats(namespace(q_a).pad(q_a, (0, robot.n_p)))
     return _solve(robot, forward_rows(robot), target, guess, steps, throw)
 
 
@@ -208,7 +208,7 @@ def _reached(robot, imposed, target, guess, steps, traced) -> Track:
         home, reached = from_home(robot, imposed, at_rest(robot), goal, steps)
         if not traced and int(home.status) != Status.SOLVED:
             # By numpy: an operation alone would wait for what is being compiled.
-            rough = jnp.asarray(np.concatenate([robot.home.q_a, robot.home.q_p]))
+            rough = floats(np.concatenate([robot.home.q_a, robot.home.q_p]))
             bent = reaching(robot, rough, steps)
             home, reached = from_home(robot, imposed, bent, goal, steps)
         start, assembled = home.y, traced or int(home.status) == Status.SOLVED
@@ -330,7 +330,7 @@ def _check_call(robot: Any, guess: Any, steps: Any) -> None:
         )
 
 
-def _checked(name: str, value: Any, size: int, robot: Robot) -> Array:
+def _checked(name: str, value: Any, size: int, robot: Robot) -> Array | np.ndarray:
     if not jax.config.read("jax_enable_x64"):
         raise InputError(
             "Argument `robot` must hold float64 numbers, but JAX runs in float32: add "
@@ -343,7 +343,7 @@ def _checked(name: str, value: Any, size: int, robot: Robot) -> Array:
                 '`jax.config.update("jax_enable_x64", True)` before building the robot.'
             )
     try:
-        array = jnp.asarray(value)
+        array = namespace(value).asarray(value)
     except (TypeError, ValueError) as error:
         raise InputError(
             f"Argument `{name}` must be {size} numbers, but it is {value!r}."

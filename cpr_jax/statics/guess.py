@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..geometry import floats
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
@@ -127,7 +128,7 @@ def from_home(
 
 def at_rest(robot: Robot) -> Float[Array, "n freedoms"]:
     """Legs as they are before their joints are closed."""
-    return jnp.asarray(np.zeros((robot.n, robot.geometry.freedoms)))
+    return floats(np.zeros((robot.n, robot.geometry.freedoms)))
 
 
 @program

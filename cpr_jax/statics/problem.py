@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import InputError, shown
+from ..geometry import floats
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..rods.solver import Steps
@@ -37,12 +38,12 @@ class Problem(eqx.Module):
 
 def forward_rows(robot: Robot) -> Float[Array, "n_a n_q"]:
     """Rows that impose the motor positions."""
-    return jnp.asarray(np.eye(robot.n_a, robot.n_a + robot.n_p))
+    return floats(np.eye(robot.n_a, robot.n_a + robot.n_p))
 
 
 def imposed_rows(robot: Robot, places: Sequence[int]) -> Float[Array, "n_a n_q"]:
     """Rows that impose these entries of `(q_a, q_p)`, as many as the robot has motors."""
-    return jnp.asarray(np.eye(robot.n_a + robot.n_p)[list(places)])
+    return floats(np.eye(robot.n_a + robot.n_p)[list(places)])
 
 
 def imposed_coordinates(robot: Robot, names: Sequence[str] | None = None) -> tuple[int, ...]:

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..geometry import namespace
+from ..geometry import floats, namespace
 from ..robots.robot import Robot
 
 
@@ -49,14 +49,14 @@ class Scales(NamedTuple):
         screw, transmission = xp.asarray(robot.legs.screw), xp.asarray(robot.transmission)
         turns = xp.any(screw[:, robot.geometry.d :] != 0.0, axis=-1)
         turned = xp.abs(transmission).T @ turns.astype(float) > 0.0
-        return jnp.asarray(xp.where(turned, 1.0, xp.asarray(self.length)))
+        return floats(xp.where(turned, 1.0, xp.asarray(self.length)))
 
 
 def _repeated(robot: Robot, straight, turning) -> Float[Array, " freedoms"]:
     """A unit for each translation, then one for each rotation."""
     xp = namespace(straight, turning)
     units = xp.stack([xp.asarray(straight), xp.asarray(turning)])
-    return jnp.asarray(units[np.repeat([0, 1], [robot.geometry.d, robot.geometry.r])])
+    return floats(units[np.repeat([0, 1], [robot.geometry.d, robot.geometry.r])])
 
 
 def scales(robot: Robot) -> Scales:
@@ -78,7 +78,7 @@ def scales(robot: Robot) -> Scales:
         shares = further[0] / lengths[:, None]
         beyond = xp.sum(shares * (further[1][:, :, -1] - compliances[:, None]), axis=1)
         compliances = compliances + beyond
-    return Scales(jnp.asarray(length), jnp.asarray(1.0 / (xp.mean(compliances) * length**2)))
+    return Scales(floats(length), floats(1.0 / (xp.mean(compliances) * length**2)))
 
 
 def unknown_scales(robot: Robot) -> Float[Array, " n_y"]:
@@ -88,13 +88,13 @@ def unknown_scales(robot: Robot) -> Float[Array, " n_y"]:
     xp = namespace(*parts)
     motors, pose, wrench, free = (xp.asarray(part) for part in parts)
     legs = xp.where(free > 0.5, pose, wrench)
-    return jnp.asarray(xp.concatenate([motors, pose[: robot.n_p], legs.reshape(-1)]))
+    return floats(xp.concatenate([motors, pose[: robot.n_p], legs.reshape(-1)]))
 
 
 def base_freedoms(robot: Robot) -> Float[Array, "n freedoms"]:
     """1 for each of `mu` that is a motion of a passive joint, 0 for components of wrenches."""
     if robot.legs.base_joint is None:
-        return jnp.asarray(np.zeros((robot.n, robot.geometry.freedoms)))
+        return floats(np.zeros((robot.n, robot.geometry.freedoms)))
     return robot.legs.base_joint.free
 
 
@@ -102,7 +102,7 @@ def ravel(state: State) -> Float[Array, " n_y"]:
     """The flat y = (q_a, q_p, μ_1, …, μ_n)."""
     xp = namespace(state)
     q_a, q_p, mu = (xp.asarray(part) for part in state)
-    return jnp.asarray(xp.concatenate([q_a, q_p, mu.reshape(-1)]))
+    return floats(xp.concatenate([q_a, q_p, mu.reshape(-1)]))
 
 
 def unravel(robot: Robot, y: Float[Array, " n_y"]) -> State:
@@ -160,5 +160,5 @@ def unknown_units(robot: Robot) -> tuple[str, ...]:
 
 
 def _slides(robot: Robot):
-    marker = Scales(jnp.asarray(2.0), jnp.asarray(1.0))
+    marker = Scales(floats(2.0), floats(1.0))
     return np.asarray(marker.motors(robot)) == 2.0

@@ -104,9 +104,9 @@ def compile_study(
     y, slopes = not_a_number(robot.n_y), not_a_number(robot.n_y, n_rho)
     expansion = Expansion.unknown(robot, n_rho)
     study = Study(robot, y, delta, expansion, np.asarray(MENU[0]), np.asarray(EXACT))
-    axes = not_a_number(d, d)
+    place, axes = not_a_number(d), not_a_number(d, d)
     labels = unknown_labels(robot)[robot.n_a : robot.n_a + d]
-    bounds = Ellipsoid(y[:d], axes, y[:d], axes, labels)
+    bounds = Ellipsoid(place, axes, place, axes, labels)
 
     def linear() -> None:
         found = slopes_at(robot, y, selection, DEFAULT_STEPS)

@@ -3,7 +3,6 @@
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
-import jax
 import numpy as np
 import xarray as xr
 
@@ -224,8 +223,8 @@ def _moment_row(study: CaseStudy) -> dict:
         result = sensitivity(printed, other)
         pivot_row[name] = asymmetry(study.studies[name].sensitivity.platform_stiffness)
         printed_row[name] = asymmetry(result.platform_stiffness)
-        shift[name] = float(np.rad2deg(np.max(np.abs(other.q_a - equilibrium.q_a))))
-        scaled = np.asarray(result.Pi_p * result.delta)
+        shift[name] = float(np.rad2deg(np.max(np.abs(np.subtract(other.q_a, equilibrium.q_a)))))
+        scaled = np.multiply(result.Pi_p, result.delta)
         axes[name] = float(
             np.linalg.svd(scaled, compute_uv=False)[0]
             / np.asarray(study.studies[name].ellipsoid.semi_axes)[0]
@@ -249,7 +248,7 @@ def _moment_row(study: CaseStudy) -> dict:
 
 def _unit(study: CaseStudy) -> dict:
     second = rectangle(width=0.002, height=0.010).I_3
-    k_b = 1.0 / float(jax.numpy.ravel(study.robot.legs.rod.curvature_compliance)[0])
+    k_b = 1.0 / np.ravel(study.robot.legs.rod.curvature_compliance)[0]
     return as_claim(
         "Table 1 prints k_b = 1.83e-2 N·mm².",
         f"For the 10 × 2 mm section that means E = {k_b * 1e-6 / second / 1e3:.1f} kPa; in N·m² "

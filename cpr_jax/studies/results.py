@@ -44,6 +44,9 @@ def samples_dataset(
     def stack(get: Callable[[MonteCarlo], object]) -> np.ndarray:
         return np.stack([np.asarray(get(study)) for study in studies])
 
+    def nominal(study: MonteCarlo) -> np.ndarray:
+        return np.asarray(study.sensitivity.y)
+
     dataset = xr.Dataset(
         {
             "rho": (("point", "sample", "parameter"), stack(lambda s: s.rho[:shortest])),
@@ -57,8 +60,8 @@ def samples_dataset(
                 },
             ),
             "inside": (("point", "sample"), stack(lambda s: s.inside[:shortest])),
-            "q_a": (("point", "motor"), stack(lambda s: s.sensitivity.y[:n_a])),
-            "nominal": (("point", "coordinate"), stack(lambda s: s.sensitivity.y[n_a : n_a + n_p])),
+            "q_a": (("point", "motor"), stack(lambda s: nominal(s)[:n_a])),
+            "nominal": (("point", "coordinate"), stack(lambda s: nominal(s)[n_a : n_a + n_p])),
             "delta": (("point", "parameter"), stack(lambda s: s.sensitivity.delta)),
             "Pi": (
                 ("point", "axis", "parameter"),

@@ -40,7 +40,8 @@ def is_mirror_symmetric(
     units = np.asarray(unknown_scales(robot))
     begin = np.concatenate([seed.q_a, seed.q_p])
     goals = np.tile(begin, (2, 1))
-    goals[:, grid.axes[0]] = np.array([1.0, -1.0]) * 0.05 * np.mean(robot.legs.rod.length)
+    length = np.mean(np.asarray(robot.legs.rod.length))
+    goals[:, grid.axes[0]] = np.array([1.0, -1.0]) * 0.05 * length
     # Coordinates that the map holds must be their own mirror images.
     held = [place for place in imposed if place not in grid.axes]
     signs = np.concatenate([np.ones(n_a), vectors, turns])[held]
