@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-import jax.numpy as jnp
 import numpy as np
 
 from ..geometry import PLANE, floats, namespace
@@ -81,7 +80,7 @@ def rfrfr_straight(*, f_P: Sequence[float] = (0.0, 0.0)) -> Robot:
         legs,
         oriented=False,
         f_P=f_P,
-        home=((jnp.deg2rad(120.0), jnp.deg2rad(60.0)), (0.0, 0.9275)),
+        home=((np.deg2rad(120.0), np.deg2rad(60.0)), (0.0, 0.9275)),
         uncertainty={"k_b1": 0.0157, "k_b2": 0.0157},
         name="straight RFRFR",
     )
@@ -94,9 +93,9 @@ def three_rfr() -> Robot:
     further on, so that the legs pass beside the centre and resist its rotation; rods of 0.25 m
     with the stiffness of the paper's robot.
     """
-    third = jnp.sqrt(3.0) / 2.0
-    around = jnp.array([(0.0, -1.0), (third, 0.5), (-third, 0.5)])
-    further = jnp.array([(third, -0.5), (0.0, 1.0), (-third, -0.5)])
+    third = np.sqrt(3.0) / 2.0
+    around = np.array([(0.0, -1.0), (third, 0.5), (-third, 0.5)])
+    further = np.array([(third, -0.5), (0.0, 1.0), (-third, -0.5)])
     legs = [
         make_leg(
             PLANE,

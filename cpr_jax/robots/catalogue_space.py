@@ -2,7 +2,6 @@
 
 from typing import TypeAlias
 
-import jax.numpy as jnp
 import numpy as np
 
 from ..geometry import SPACE
@@ -30,15 +29,17 @@ def _ring(radius: float, angle: float, height: float = 0.0) -> tuple[float, floa
 def _frame(first: _Vector, third: _Vector) -> np.ndarray:
     """The rotation vector of axes of which the first and the third are given, orthonormal."""
     columns = np.stack([np.asarray(v) for v in (first, np.cross(third, first), third)], axis=1)
-    w = np.sqrt(max(0.0, 1.0 + np.trace(columns))) / 2.0
     across = columns - columns.T
-    axis = np.array([across[2, 1], across[0, 2], across[1, 0]]) / (4.0 * w)
-    return np.asarray(jnp.stack(SPACE.log((w, *axis))))
+    # Twice the sine of the angle along the axis; twice the cosine, and one, are the trace.
+    axis = 0.5 * np.array([across[2, 1], across[0, 2], across[1, 0]])
+    sine = np.linalg.norm(axis)
+    angle = np.arctan2(sine, 0.5 * (np.trace(columns) - 1.0))
+    return axis * (angle / sine if sine > 0.0 else 1.0)
 
 
 def _uncertain(legs: int, rod: Rod) -> dict[str, float]:
     """Half ranges of 5 % of both bending stiffnesses and of 0.5 mm of the length of each rod."""
-    stiffness = 0.05 / float(rod.curvature_compliance[-1])
+    stiffness = 0.05 / float(np.asarray(rod.curvature_compliance)[-1])
     return {
         f"{name}{i}": value
         for i in range(1, legs + 1)

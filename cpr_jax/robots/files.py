@@ -6,12 +6,11 @@ import tomllib
 import warnings
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from ..atomic import write_atomically
-from ..geometry import PLANE, SPACE, AbstractGeometry
+from ..geometry import PLANE, SPACE, AbstractGeometry, floats
 from ..rods.rod import Rod, kirchhoff_rod, section_rod
 from ..rods.section import Material, circle, rectangle
 from ..rods.segments import segmented_rod
@@ -31,10 +30,6 @@ from .writing import JOINTS, inexpressible, robot_text
 _GEOMETRIES = {"plane": PLANE, "space": SPACE}
 
 
-def _array(value: float | tuple[float, ...]) -> Array:
-    return jnp.asarray(value, float)
-
-
 def load_robot(path: str | os.PathLike[str]) -> Robot:
     """Reads a robot file; its format is in `docs/robot-files.md`.
 
@@ -51,14 +46,14 @@ def robot_from_specification(specification: RobotSpecification) -> Robot:
         warnings.warn(message, UserWarning, stacklevel=2)
     geometry = _GEOMETRIES[specification.geometry]
     home, platform = specification.home, specification.platform
-    force = _array(platform.force)
-    loads = [(_array(load.position), _array(load.force)) for load in platform.loads]
+    force = np.asarray(platform.force, float)
+    loads = [(floats(load.position), floats(load.force)) for load in platform.loads]
     if platform.mass is not None and specification.gravity is not None:
-        weight = platform.mass * _array(specification.gravity)
+        weight = platform.mass * np.asarray(specification.gravity, float)
         if platform.kind == "point":
             force = force + weight
         else:
-            loads.insert(0, (_array(platform.center_of_mass), weight))
+            loads.insert(0, (floats(platform.center_of_mass), floats(weight)))
     transmission = np.zeros((len(specification.legs), len(specification.motors)))
     for motor, moved in enumerate(specification.motors):
         transmission[list(moved), motor] = 1.0
@@ -66,11 +61,11 @@ def robot_from_specification(specification: RobotSpecification) -> Robot:
         geometry,
         [_leg(geometry, leg, specification.gravity) for leg in specification.legs],
         oriented=platform.kind == "body",
-        f_P=force,
-        m_P=_array(platform.moment),
+        f_P=floats(force),
+        m_P=floats(platform.moment),
         loads=loads,
         transmission=transmission,
-        home=None if home is None else (_array(home.motors), _array(home.position + home.rotation)),
+        home=None if home is None else (floats(home.motors), floats(home.position + home.rotation)),
         uncertainty=specification.uncertainty,
         name=specification.name,
     )
@@ -81,29 +76,29 @@ def _leg(
 ) -> Leg:
     joint = _joint(geometry, leg.joint)
     if leg.moment_row == "printed":
-        joint = dataclasses.replace(joint, lever=_array(0.0))
+        joint = dataclasses.replace(joint, lever=floats(0.0))
     motor = leg.motor
     return make_leg(
         geometry,
-        _array(leg.base),
+        floats(leg.base),
         segmented_rod([_rod(geometry, segment, gravity) for segment in leg.segments]),
-        a=_array(leg.a),
-        b=_array(leg.b),
-        base_rotation=_array(leg.base_rotation),
+        a=floats(leg.a),
+        b=floats(leg.b),
+        base_rotation=floats(leg.base_rotation),
         screw=_screw(geometry, motor),
         feed=motor.ratio if motor.kind == "feed" else None,
         stroke=motor.ratio if motor.kind == "telescopic" else None,
         base_joint=None if leg.base_joint is None else _base_joint(geometry, leg.base_joint),
         joint=joint,
-        attachment_position=_array(leg.attachment),
-        attachment_rotation=_array(leg.attachment_rotation),
+        attachment_position=floats(leg.attachment),
+        attachment_rotation=floats(leg.attachment_rotation),
     )
 
 
 def _joint(geometry: AbstractGeometry, joint: str | tuple[float, ...]) -> Joint:
     if isinstance(joint, str):
         return JOINTS[joint](geometry)
-    return Joint(free=_array(joint), lever=_array(1.0))
+    return Joint(free=floats(joint), lever=floats(1.0))
 
 
 def _base_joint(geometry: AbstractGeometry, joint: BaseJointSpecification) -> BaseJoint:
@@ -113,20 +108,20 @@ def _base_joint(geometry: AbstractGeometry, joint: BaseJointSpecification) -> Ba
 def _screw(geometry: AbstractGeometry, motor: MotorSpecification) -> Float[Array, " freedoms"]:
     still = (0.0,) * geometry.freedoms
     if motor.kind not in ("revolute", "prismatic"):
-        return _array(still)
+        return floats(still)
     if motor.axis is None:
         usual = revolute_screw if motor.kind == "revolute" else prismatic_screw
-        return jnp.asarray(motor.ratio * np.asarray(usual(geometry)))
+        return floats(motor.ratio * np.asarray(usual(geometry)))
     axis = tuple(motor.ratio * c for c in motor.axis)
     if motor.kind == "revolute":
-        return _array((*still[: geometry.d], *axis))
-    return _array((*axis, *still[geometry.d :]))
+        return floats((*still[: geometry.d], *axis))
+    return floats((*axis, *still[geometry.d :]))
 
 
 def _rod(
     geometry: AbstractGeometry, rod: RodSpecification, gravity: tuple[float, ...] | None
 ) -> Rod:
-    rest = _array(rod.precurvature)
+    rest = floats(rod.precurvature)
     elastic = strain = None
     if rod.section is not None and rod.material is not None and rod.material.E is not None:
         shape = rectangle if rod.section.kind == "rectangle" else circle
@@ -135,10 +130,10 @@ def _rod(
             section = dataclasses.replace(section, shear_factor=rod.section.shear_factor)
         elastic = section, Material(rod.material.E, rod.material.nu)
     if rod.bending_stiffness is not None:
-        built = kirchhoff_rod(geometry, rod.length, _array(rod.bending_stiffness), rest)
+        built = kirchhoff_rod(geometry, rod.length, floats(rod.bending_stiffness), rest)
     elif rod.curvature_compliance is not None:
         built = kirchhoff_rod(geometry, rod.length, 1.0, rest)
-        compliance = _array(rod.curvature_compliance)
+        compliance = floats(rod.curvature_compliance)
         built = dataclasses.replace(built, curvature_compliance=compliance)
     elif elastic is not None:
         built = section_rod(geometry, rod.length, *elastic, rest)
@@ -147,16 +142,16 @@ def _rod(
     if rod.extensible and elastic is not None:
         _, strain = elastic[0].compliances(geometry, elastic[1])
     elif rod.strain_compliance is not None:
-        strain = _array(rod.strain_compliance)
-    force = None if rod.force is None else _array(rod.force)
+        strain = floats(rod.strain_compliance)
+    force = None if rod.force is None else np.asarray(rod.force, float)
     if gravity is not None and rod.mass_per_length is not None:
-        weight = rod.mass_per_length * _array(gravity)
+        weight = rod.mass_per_length * np.asarray(gravity, float)
         force = weight if force is None else force + weight
     return dataclasses.replace(
         built,
         strain_compliance=strain,
-        force=force,
-        moment=None if rod.moment is None else _array(rod.moment),
+        force=None if force is None else floats(force),
+        moment=None if rod.moment is None else floats(rod.moment),
     )
 
 

@@ -130,8 +130,14 @@ def section_rod(
     weight = None
     if gravity is not None:
         check_shape("gravity", gravity, (geometry.d,))
-        weight = material.density * section.area * jnp.asarray(gravity, float)
-    rod = kirchhoff_rod(geometry, length, 1.0 / curvature, precurvature, force=weight)
+        weight = material.density * section.area * namespace(gravity).asarray(gravity, float)
+    rod = kirchhoff_rod(
+        geometry,
+        length,
+        1.0 / namespace(curvature).asarray(curvature),
+        precurvature,
+        force=weight,
+    )
     if not extensible:
         return rod
     return eqx.tree_at(

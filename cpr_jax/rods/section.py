@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..checks import check_positive
-from ..geometry import AbstractGeometry
+from ..geometry import AbstractGeometry, floats, namespace
 
 
 @dataclasses.dataclass(frozen=True)
@@ -56,7 +56,9 @@ class Section:
         shear = self.shear_factor * material.G * self.area
         stretch = [material.E * self.area] + [shear] * (geometry.d - 1)
         bending = [material.G * self.J, material.E * self.I_2, material.E * self.I_3]
-        return 1.0 / jnp.array(bending[-geometry.r :]), 1.0 / jnp.array(stretch)
+        xp = namespace(bending, stretch)
+        curvature, strain = 1.0 / xp.asarray(bending[-geometry.r :]), 1.0 / xp.asarray(stretch)
+        return floats(curvature), floats(strain)
 
 
 def rectangle(width: float, height: float) -> Section:

@@ -4,6 +4,8 @@ import dataclasses
 import importlib
 import json
 import pathlib
+import subprocess
+import sys
 
 import jax
 import jax.numpy as jnp
@@ -216,3 +218,32 @@ def test_a_planar_robot_in_space_keeps_its_plane():
         np.testing.assert_allclose(columns, [[0, 1, 0], [0, 0, 1], [1, 0, 0]], rtol=0, atol=1e-15)
     np.testing.assert_array_equal(spatial.legs.base_position[:, 0], 0.0)
     np.testing.assert_array_equal(spatial.f_P, [0.0, 0.0, -0.5])
+
+
+DESCRIBED = """
+import importlib, pathlib, sys
+import jax
+jax.config.update("jax_enable_x64", True)
+compiled = []
+def listen(event, seconds, **about):
+    if event.endswith("backend_compile_duration"):
+        compiled.append(about.get("fun_name"))
+jax.monitoring.register_event_duration_secs_listener(listen)
+import cpr_jax as cpr
+from cpr_jax.robots.names import CATALOGUE
+for entry in CATALOGUE.values():
+    getattr(importlib.import_module(f"cpr_jax.robots.{entry.module}"), entry.function)()
+for file in sorted(pathlib.Path(sys.argv[1]).glob("*.toml")):
+    cpr.load_robot(file)
+print(compiled)
+jax.numpy.ones(3) + 1.0
+print(len(compiled) > 0)
+"""
+
+
+def test_to_describe_a_robot_compiles_nothing():
+    """An operation of JAX outside of a program is compiled by itself, shape by shape."""
+    examples = pathlib.Path(__file__).parents[2] / "examples"
+    command = [sys.executable, "-c", DESCRIBED, str(examples)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == ["[]", "True"]
