@@ -9,7 +9,7 @@ from jaxtyping import Array, Bool, Float
 from scipy.special import gammainc
 
 from ..errors import InputError
-from ..geometry import namespace
+from ..geometry import floats, namespace
 from ..programs import program
 from ..statics.linear import row_axes
 from ..summary import summary
@@ -72,7 +72,7 @@ class Ellipsoid(eqx.Module):
         )
         angle = np.linspace(0.0, 2.0 * np.pi, count)
         circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        return jnp.asarray(center + (circle * semi_axes) @ directions)
+        return floats(center + (circle * semi_axes) @ directions)
 
 
 def ellipsoid(sensitivity: Sensitivity, rows: str | Sequence[str] = "p_P") -> Ellipsoid:
@@ -91,7 +91,11 @@ def ellipsoid(sensitivity: Sensitivity, rows: str | Sequence[str] = "p_P") -> El
             )
         names = tuple(f"turn_P_{axis}" for axis in ("x", "y", "z")[: len(turns)])
         return _ellipsoid(
-            jnp.zeros(len(turns)), turns, sensitivity.delta, tuple(range(len(turns))), names
+            floats(np.zeros(len(turns))),
+            turns,
+            sensitivity.delta,
+            tuple(range(len(turns))),
+            names,
         )
     indices = tuple(sensitivity.indices(rows))
     labels = tuple(sensitivity.rows[i] for i in indices)

@@ -70,13 +70,15 @@ class Sensitivity(eqx.Module):
     @property
     def kernel(self) -> Float[Array, "n_y n_y"]:
         """State sensitivity kernel `K = Π_y W Π_yᵀ`, `W = diag(δρ²)` (13)."""
-        scaled = self.Pi_y * self.delta
-        return scaled @ scaled.T
+        xp = namespace(self.Pi_y, self.delta)
+        scaled = xp.multiply(self.Pi_y, self.delta)
+        return floats(scaled @ scaled.T)
 
     @property
     def tube_radius(self) -> Float[Array, " n_y"]:
         """`√K_jj` of each state: how far the ellipsoid reaches along it."""
-        return jnp.sqrt(jnp.sum((self.Pi_y * self.delta) ** 2, axis=1))
+        xp = namespace(self.Pi_y, self.delta)
+        return floats(xp.sqrt(xp.sum(xp.multiply(self.Pi_y, self.delta) ** 2, axis=1)))
 
     def indices(self, rows: str | Sequence[str]) -> tuple[int, ...]:
         """Places of the rows that a label, or the part of it before an axis, names (16)."""

@@ -112,7 +112,7 @@ class Robot(eqx.Module):
 
     def leg(self, i: int) -> Leg:
         """Leg `i`, counted from 0."""
-        return jax.tree.map(lambda leaf: leaf[i], self.legs)
+        return jax.tree.map(lambda leaf: floats(namespace(leaf).asarray(leaf)[i]), self.legs)
 
 
 def make_robot(

@@ -9,6 +9,7 @@ from jaxtyping import Float
 from ..analysis.parameters import Selection, select
 from ..analysis.stability import count_unstable
 from ..errors import InputError
+from ..geometry import floats
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
@@ -83,11 +84,11 @@ def critical_value(
             f"Argument `stop` must be a number other than the present value {start}, but it is "
             f"{stop!r}."
         )
-    held = jnp.concatenate([equilibrium.q_a, jnp.zeros(robot.n_p)])
+    held = floats(np.append(equilibrium.q_a, np.zeros(robot.n_p)))
     units = np.asarray(unknown_scales(robot))
 
     def look(value: float, y):
-        out = _look(robot, selection, held, jnp.asarray([value]), jnp.asarray(y), steps)
+        out = _look(robot, selection, held, floats([value]), floats(y), steps)
         y, good, index = (np.asarray(part) for part in out)
         return (y, int(index)) if good else None
 

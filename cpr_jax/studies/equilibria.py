@@ -13,7 +13,7 @@ from scipy.stats import qmc
 
 from ..analysis.stability import count_unstable
 from ..errors import InputError, check_integer
-from ..geometry import Numbers
+from ..geometry import Numbers, floats
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
@@ -116,7 +116,7 @@ def find_equilibria(
         raise InputError(f"Argument `{name}` must be {n_a} finite numbers, but it is {given!r}.")
     target = np.zeros(n_a + robot.n_p)
     target[list(places)] = values
-    problem = Problem(robot, imposed_rows(robot, places), jnp.asarray(target))
+    problem = Problem(robot, imposed_rows(robot, places), floats(target))
 
     units = np.asarray(unknown_scales(robot))
     coarse = max(2, (steps + 1) // 2)
@@ -135,7 +135,7 @@ def find_equilibria(
         distinct, hits = more, again
     if len(distinct) == 0:
         return AllEquilibria(distinct, np.zeros(0), hits, np.zeros((0, robot.n)), hits, 0.0)
-    looks = [_look(problem, jnp.asarray(batch), steps) for batch in _batches(distinct)]
+    looks = [_look(problem, floats(batch), steps) for batch in _batches(distinct)]
     y, good, energy, index, bows = (
         np.concatenate(part)[: len(distinct)] for part in zip(*looks, strict=True)
     )
@@ -203,7 +203,7 @@ def _newton(problem: Problem, starts, steps: int):
     """Unknowns at the ends of Newton's method, and whether they are roots."""
 
     def roots(batch: np.ndarray):
-        return [np.asarray(part) for part in _roots(problem, jnp.asarray(batch), steps)]
+        return [np.asarray(part) for part in _roots(problem, floats(batch), steps)]
 
     parts = in_parallel(roots, _batches(starts))
     return (np.concatenate(part)[: len(starts)] for part in zip(*parts, strict=True))
