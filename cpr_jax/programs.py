@@ -154,7 +154,7 @@ class _Program:
 
     @property
     def _options(self) -> dict[str, Any]:
-        return _options(tuple(self._wishes.items()))
+        return _known(tuple(self._wishes.items()))
 
     def _alone(self, *args, **kwargs):
         """A call that is a program of its own, not kept."""
@@ -291,7 +291,7 @@ def _is_within(arrays) -> bool:
 
 
 @functools.cache
-def _options(wishes: tuple[tuple[str, Any], ...]) -> dict[str, Any]:
+def _known(wishes: tuple[tuple[str, Any], ...]) -> dict[str, Any]:
     """Those of some options that this release of XLA knows, for the devices at hand."""
     if jax.default_backend() != "cpu":
         return {}

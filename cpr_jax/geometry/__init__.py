@@ -5,6 +5,7 @@ from .abstract import Components as Components
 from .abstract import Numbers as Numbers
 from .abstract import floats as floats
 from .abstract import namespace as namespace
+from .abstract import unchanged as unchanged
 from .plane import PLANE as PLANE
 from .plane import Plane as Plane
 from .space import SPACE as SPACE

@@ -37,6 +37,13 @@ def floats(values: Any) -> jax.Array:
     return jnp.asarray(namespace(values).asarray(values, float), float)
 
 
+def unchanged(values: Any) -> jax.Array:
+    """As `floats`, of the precision that they have: numbers of a robot that was described before
+    float64 was enabled are to be noticed, not to pass for accurate ones."""
+    array = namespace(values).asarray(values)
+    return jnp.asarray(array, jax.dtypes.canonicalize_dtype(array.dtype))
+
+
 class AbstractGeometry(abc.ABC):
     """The Euclidean group of the plane or of space, in components.
 

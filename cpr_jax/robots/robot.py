@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 
 from ..checks import check_positive, check_shape, check_vector
 from ..errors import InputError
-from ..geometry import SPACE, AbstractGeometry, Components, Numbers, floats, namespace
+from ..geometry import SPACE, AbstractGeometry, Components, Numbers, floats, namespace, unchanged
 from ..rods.rod import Rod, Segments
 from ..rods.segments import alike
 from .joint import BaseJoint, Joint
@@ -112,7 +112,7 @@ class Robot(eqx.Module):
 
     def leg(self, i: int) -> Leg:
         """Leg `i`, counted from 0."""
-        return jax.tree.map(lambda leaf: floats(namespace(leaf).asarray(leaf)[i]), self.legs)
+        return jax.tree.map(lambda leaf: unchanged(namespace(leaf).asarray(leaf)[i]), self.legs)
 
 
 def make_robot(
@@ -213,7 +213,7 @@ def _stack(legs: Sequence[Leg]) -> Leg:
             return None
         xp = namespace(*present)
         zero = np.zeros(present[0].shape)
-        return floats(xp.stack([zero if leaf is None else leaf for leaf in leaves]))
+        return unchanged(xp.stack([zero if leaf is None else leaf for leaf in leaves]))
 
     joints = [leg.base_joint for leg in legs if leg.base_joint is not None]
     if joints:

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..errors import InputError
-from ..geometry import AbstractGeometry, floats, namespace
+from ..geometry import AbstractGeometry, namespace, unchanged
 from .rod import Rod, Segments
 
 _NUMBERS = tuple(field.name for field in dataclasses.fields(Segments))
@@ -52,12 +52,12 @@ def segmented_rod(rods: Sequence[Rod]) -> Rod:
     def stacked(name: str):
         values = [number(part, name) for part in rest]
         xp = namespace(*values)
-        return floats(xp.stack([xp.asarray(value) for value in values]))
+        return unchanged(xp.stack([xp.asarray(value) for value in values]))
 
-    own = {name: floats(number(first, name)) for name in shapes}
+    own = {name: unchanged(number(first, name)) for name in shapes}
     # From the base on, in the order in which a robot file that is read again adds them up.
     lengths = [namespace(part.length).asarray(part.length) for part in parts]
-    own["length"] = floats(lengths[0] + functools.reduce(operator.add, lengths[1:]))
+    own["length"] = unchanged(lengths[0] + functools.reduce(operator.add, lengths[1:]))
     return Rod(**own, further=Segments(**{name: stacked(name) for name in shapes}))
 
 
@@ -134,9 +134,9 @@ def _extended(rod: Rod, added: int) -> Rod:
             return None
         zeros = np.zeros((added, *np.shape(first)))
         if rod.further is None:
-            return floats(zeros)
+            return unchanged(zeros)
         rest = getattr(rod.further, name)
         xp = namespace(rest)
-        return floats(xp.concatenate([xp.asarray(rest), zeros]))
+        return unchanged(xp.concatenate([xp.asarray(rest), zeros]))
 
     return dataclasses.replace(rod, further=Segments(**{name: numbers(name) for name in _NUMBERS}))

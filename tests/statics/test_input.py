@@ -10,7 +10,12 @@ import pytest
 
 import cpr_jax as cpr
 from cpr_jax.errors import InputError
+from cpr_jax.geometry import PLANE
 from cpr_jax.robots.catalogue import three_rfr
+from cpr_jax.robots.leg import make_leg
+from cpr_jax.robots.robot import make_robot
+from cpr_jax.rods.rod import kirchhoff_rod
+from cpr_jax.rods.segments import segmented_rod
 from cpr_jax.statics.equilibrium import solve_forward, solve_inverse
 from cpr_jax.statics.status import SolveError, Status
 
@@ -55,6 +60,20 @@ def test_a_robot_in_float32_is_refused(paper):
     single = jax.tree.map(lambda leaf: leaf.astype(jnp.float32), paper)
     with pytest.raises(InputError, match=r"`robot` must hold float64.*jax_enable_x64"):
         solve_inverse(single, (0.0, 0.2))
+
+
+@pytest.mark.parametrize("part", ["rods", "segments"])
+def test_a_robot_made_of_float32_parts_is_refused(part):
+    """Described before float64 was enabled, put together after it."""
+    single = jax.tree.map(
+        lambda leaf: leaf.astype(jnp.float32), kirchhoff_rod(PLANE, 0.25, 0.0183, 2.0)
+    )
+    rod = single if part == "rods" else segmented_rod([single, single])
+    legs = [make_leg(PLANE, (side, 0.0), rod) for side in (-0.1, 0.1)]
+    robot = make_robot(PLANE, legs, oriented=False, home=((2.7, 0.44), (0.0, 0.2)))
+    with pytest.raises(InputError, match="float32"):
+        solve_inverse(robot, (0.0, 0.2))
+    assert robot.leg(0).rod.length.dtype == jnp.float32
 
 
 @pytest.mark.parametrize("robot", [None, "rfrfr", {"name": "rfrfr"}], ids=repr)
