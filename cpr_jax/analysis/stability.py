@@ -1,7 +1,5 @@
 """Stability: how many directions lower the potential energy with the motors held."""
 
-import dataclasses
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -12,13 +10,12 @@ from ..programs import program
 from ..robots.leg import Leg
 from ..robots.robot import Robot
 from ..rods.equations import RodState
-from ..rods.integration import DEFAULT_STEPS, rod_tip
-from ..rods.rod import Rod
-from ..rods.segments import segments_of
+from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium
 from ..statics.linear import inverse_with_sign, negative_eigenvalues
-from ..statics.residual import LegBase, base_wrench, leg_base, load_arms, to_world
-from ..statics.unknowns import scales, unravel
+from ..statics.residual import base_wrench, leg_base, load_arms
+from ..statics.unknowns import Scales, scales, unravel
+from .pieces import Pieces, rods_in_pieces, to_tip
 
 _SOFTENING = 1e-11
 """Flexibility added in units of `scales(robot)`: a straight rod has none along its axis."""
@@ -69,15 +66,11 @@ def stability(robot: Robot, equilibrium: Equilibrium, steps: int = DEFAULT_STEPS
 
 @program
 def _stability(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Stability:
-    return count_unstable(robot, y, steps)[0]
+    return count_unstable(robot, y, rods_in_pieces(robot, y, steps))
 
 
-def count_unstable(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[Stability, RodState]:
-    """`stability` at the unknowns `y`, for one configuration; not compiled by itself.
-
-    **Returns:** also the states at the ends of the pieces of each rod, in world axes, stacked by
-    leg: `steps` in each segment, and the first.
-    """
+def count_unstable(robot: Robot, y: Float[Array, " n_y"], pieces: Pieces) -> Stability:
+    """`stability` at the unknowns `y`, for one configuration; not compiled by itself."""
     robot, y = jax.lax.stop_gradient((robot, y))
     geometry = robot.geometry
     d = geometry.d
@@ -90,23 +83,18 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[S
         turned = geometry.lever(arm, force) / (units.force * units.length)
         return jnp.zeros((pose.size, pose.size)).at[d:, d:].set(turned)[:n_p, :n_p]
 
-    def one(leg: Leg, q, mu):
-        pieces, nodes, tip = _pieces(geometry, leg, q, mu, steps)
-        both = jnp.concatenate([pose, wrench])
-        pieces = pieces / both[:, None] * both[d:]
-        index, carried = _free_end_index(geometry, pieces)
-        eye = jnp.eye(mu.size)
+    def one(leg: Leg, q, mu, tangents, along, tip: RodState):
+        index, carried = _free_end_index(geometry, tangents)
+        eye, (poses, wrenches) = jnp.eye(mu.size), jnp.split(along[:, 1:], 2)
         if leg.base_joint is None:
-            begin = jnp.concatenate([jnp.zeros((mu.size, mu.size)), eye])
-            flexibility = _flexibility(*_tip_tangents(geometry, pieces, begin))
+            flexibility = _flexibility(poses, wrenches)
             K = inverse_with_sign(flexibility + _SOFTENING * eye)[0]
         else:
-            begin, slides, added = _released_base(geometry, leg, q, mu, both, carried)
+            slides, added = _released_base(geometry, leg, q, mu, units, carried)
             index = index + added
-            poses, wrenches = _tip_tangents(geometry, pieces, begin)
             K = wrenches @ inverse_with_sign(poses + _SOFTENING * wrenches)[0]
-            held = _tip_tangents(geometry, pieces, begin + _HOLD * slides)
-            flexibility = _flexibility(*held)
+            held = along[:, 1:] + _HOLD * to_tip(geometry, tangents, slides)
+            flexibility = _flexibility(*jnp.split(held, 2))
         clamped = index - negative_eigenvalues(flexibility + _SOFTENING * eye)
 
         # Two terms of the series in what was added undo it where the rod is not straight. With
@@ -135,9 +123,10 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[S
         cross = free[:, None] * (K_joint @ moves + work)
         seen = moves.T @ K_joint @ moves - cross.T @ inverse_with_sign(inner)[0] @ cross
         seen = seen - levers(arm, tip.force)
-        return clamped + negative_eigenvalues(inner), seen, nodes
+        return clamped + negative_eigenvalues(inner), seen
 
-    legs, stiffnesses, nodes = jax.vmap(one)(robot.legs, robot.transmission @ state.q_a, state.mu)
+    own = robot.legs, robot.transmission @ state.q_a, state.mu
+    legs, stiffnesses = jax.vmap(one)(*own, pieces.tangents, pieces.along, pieces.tip)
     stiffness = jnp.sum(stiffnesses, axis=0)
     if robot.loads is not None:
         arms = load_arms(robot, robot.loads, state.q_p)
@@ -145,112 +134,38 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], steps: int) -> tuple[S
     index = jnp.sum(legs) + negative_eigenvalues(0.5 * (stiffness + stiffness.T))
     known = jnp.all(jnp.isfinite(stiffness))
     si = stiffness * wrench[:n_p, None] / pose[:n_p]
-    counted = Stability(jnp.where(known, index, -1), jnp.where(known, legs, -1), si)
-    return counted, nodes
+    return Stability(jnp.where(known, index, -1), jnp.where(known, legs, -1), si)
 
 
-def _pieces(geometry: AbstractGeometry, leg: Leg, q, mu, steps: int):
-    """Tangents of the pieces into which the steps cut a rod, their ends and its tip, world axes.
-
-    Each segment of a rod is cut into `steps` pieces.
-
-    Of each piece `∂(p, φ, n, m)` at its end in `(φ, n, m)` at its start, the start's position
-    held. In space moments are taken with half the turn of their axes, `δm - ½ δφ × m`: position
-    and momentum in this sense are conjugate, so that flexibilities are symmetric.
-    """
-    d, r = geometry.d, geometry.r
-    base = leg_base(geometry, leg, q, mu)
-
-    def move(change, start: RodState, segment: Rod):
-        turn, n, m = jnp.split(change, [r, r + d])
-        rotation = geometry.compose(geometry.exp(turn), start.rotation)
-        moment = start.moment + m + 0.5 * geometry.bracket(turn, start.moment)
-        load, couple = segment.force, segment.moment
-        rod = Rod(
-            length=segment.length / steps,
-            curvature_compliance=segment.curvature_compliance,
-            precurvature=segment.precurvature,
-            strain_compliance=segment.strain_compliance,
-            force=None if load is None else jnp.stack(geometry.unrotate(rotation, load)),
-            moment=None if couple is None else jnp.stack(geometry.to_local(rotation, couple)),
-        )
-        first = LegBase(
-            position=start.position,
-            rotation=rotation,
-            motor=base.motor,
-            joint=base.joint,
-            rod=rod,
-            force=jnp.stack(geometry.unrotate(rotation, start.force + n)),
-            moment=jnp.stack(geometry.to_local(rotation, moment)),
-        )
-        last = to_world(geometry, first, rod_tip(geometry, rod, first.force, first.moment, 1))
-        end = jax.lax.stop_gradient(last)
-        turn = jnp.stack(
-            geometry.log(geometry.compose(last.rotation, geometry.inverse(end.rotation)))
-        )
-        moment = last.moment - 0.5 * geometry.bracket(turn, end.moment)
-        return jnp.concatenate([last.position, turn, last.force, moment]), end
-
-    whole = dataclasses.replace(leg.rod, length=base.rod.length)
-    segments = None
-    if whole.further is not None:
-        segments = jax.tree.map(lambda leaf: jnp.repeat(leaf, steps, axis=0), segments_of(whole))
-
-    def forward(start: RodState, segment: Rod | None):
-        segment = whole if segment is None else segment
-        tangents, end = jax.jacfwd(move, has_aux=True)(jnp.zeros(d + 2 * r), start, segment)
-        return end, (tangents, end)
-
-    force, moment = jnp.split(base_wrench(geometry, base), [d])
-    start = RodState(base.position, jnp.stack(base.rotation), force, moment)
-    tip, (tangents, ends) = jax.lax.scan(
-        forward, start, segments, length=steps if segments is None else None
-    )
-    nodes = jax.tree.map(lambda first, rest: jnp.concatenate([first[None], rest]), start, ends)
-    return tangents, nodes, tip
-
-
-def _released_base(geometry: AbstractGeometry, leg: Leg, q, mu, units, carried):
+def _released_base(geometry: AbstractGeometry, leg: Leg, q, mu, units: Scales, carried):
     """What a passive joint adds to a rod whose base was held.
 
     **Arguments:**
 
     - `carried`: stiffness of the rod, its tip under dead loads, against turns of its base.
 
-    **Returns:** tangents `∂(p, φ, n, m)(0)` in the joint's unknowns; wrenches that would resist its
-    free motions with a stiffness of one; the number of negative directions among these motions.
+    **Returns:** wrenches `(p, φ, n, m)(0)` that would resist its free motions with a stiffness of
+    one; the number of negative directions among these motions.
     """
     d, f = geometry.d, geometry.freedoms
     joint = leg.base_joint
     assert joint is not None
     here = leg_base(geometry, leg, q, mu)
     free, released = joint.free, joint.free[d:]
-
-    def move(mu):
-        base = leg_base(geometry, leg, q, mu)
-        turn = jnp.stack(
-            geometry.log(geometry.compose(base.rotation, geometry.inverse(here.rotation)))
-        )
-        force, moment = jnp.split(base_wrench(geometry, base), [d])
-        moment = moment - 0.5 * geometry.bracket(turn, here_moment)
-        return jnp.concatenate([base.position, turn, force, moment])
-
-    here_force, here_moment = jnp.split(base_wrench(geometry, here), [d])
-    steps = jnp.where(free > 0.5, units[:f], units[f:])
-    tangents = jax.jacfwd(move)(mu) / units[:, None] * steps
+    force, moment = jnp.split(base_wrench(geometry, here), [d])
     carrier = geometry.compose(geometry.exp(leg.base_rotation), geometry.exp(leg.screw[d:] * q))
     outer = geometry.compose(carrier, geometry.exp(joint.rotation))
     Q = _axes(geometry, released, outer, here.rotation)
-    slides = jnp.zeros_like(tangents).at[f:].set(Q * free)
+    slides = jnp.zeros((2 * f, f)).at[f:].set(Q * free)
 
     arm = here.position - here.joint
-    moment = here_moment + jnp.stack(geometry.cross(arm, here_force))
-    scale = units[f] * units[0]
-    K = carried + geometry.lever(arm, here_force) / scale
+    moment = moment + jnp.stack(geometry.cross(arm, force))
+    scale = units.force * units.length
+    K = carried + geometry.lever(arm, force) / scale
     axes = Q[d:, d:]
     K = axes.T @ K @ axes - _bent(geometry, released, Q, moment) / scale
     inner = released[:, None] * K * released + jnp.diag(1.0 - released)
-    return tangents, slides, negative_eigenvalues(inner)
+    return slides, negative_eigenvalues(inner)
 
 
 def _bent(geometry: AbstractGeometry, released, axes, moment) -> Float[Array, "r r"]:
@@ -262,18 +177,6 @@ def _bent(geometry: AbstractGeometry, released, axes, moment) -> Float[Array, "r
     turned = jax.vmap(lambda axis: geometry.bracket(axis, moment))(axes[d:, d:].T)
     product = -0.5 * (turned @ axes[d:, d:]) * released[:, None] * geometry.later(released)
     return product + product.T
-
-
-def _tip_tangents(geometry: AbstractGeometry, pieces, begin):
-    """Tangents of `(p, φ)(l)` and of `(n, m)(l)` of a rod whose base has the tangents `begin`."""
-    d, f = geometry.d, geometry.freedoms
-
-    def forward(tangent, piece):
-        moved = piece @ tangent[d:]
-        return moved.at[:d].add(tangent[:d]), None
-
-    tip = jax.lax.scan(forward, begin, pieces)[0]
-    return tip[:f], tip[f:]
 
 
 def _flexibility(poses, wrenches):

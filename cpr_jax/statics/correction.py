@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Int
 
 from ..lanes import over_lanes
 from ..queue import queued_loop
@@ -65,7 +65,8 @@ def settle(
     - `guess`: dimensionless unknowns.
     - `rights`: right-hand sides for `slope`, in the order of R.
     - `chords`: corrections that use a Jacobian again: they make batches faster, programs larger.
-        Without them the whole Jacobian is eliminated, with them leg by leg.
+        Without them the whole Jacobian is eliminated, with them leg by leg, from an integration
+        that is only as accurate as they need it.
     """
 
     def unfinished(state):
@@ -131,37 +132,44 @@ def _correct(problem: Problem, y, rights, steps: Steps, chords: int) -> _Correct
         return _Corrected(y - solved[:, 0], jnp.max(jnp.abs(values)), sign, solved[:, 1:])
     robot = problem.robot
     scaling = unknown_scales(robot), units_of(robot)
-    return _correction(chords)(problem, scaling, y, rights, jnp.asarray(as_scheme(steps)))
+    scheme = jnp.asarray(as_scheme(steps))
+    return _correction(chords)(problem, scaling, y, rights, scheme, _rough(scheme))
 
 
 @functools.cache
 def _correction(chords: int):
     @over_lanes
-    def kernel(problem, scaling, y, rights, steps):
-        """One iteration, then corrections with the same Jacobian."""
-        system, start = _posed(problem, scaling, y, steps)
-        values, inverse = system.inverted(start)
+    def kernel(problem, scaling, y, rights, steps, rough):
+        """One Jacobian and what follows from it."""
+        system, start = _posed(problem, scaling, y, rough)
+        _, inverse = system.inverted(start)
+        system, _ = _posed(problem, scaling, y, steps)
 
         def unfinished(state):
             count, _, left = state
-            return (count < chords) & jnp.any(left > _CLOSE)
+            return (count <= chords) & jnp.any(left > _CLOSE)
 
-        def chord(state):
+        def correct(state):
             count, now, left = state
             values = system.values(now)
             going = left > _CLOSE
             now = _changed(now, inverse.of(values), going)
             return count + 1, now, jnp.where(going, values.largest(), left)
 
-        left = values.largest()
-        now = _changed(start, inverse.of(values), jnp.ones(left.shape, bool))
-        _, now, left = lax.while_loop(unfinished, chord, (0, now, left))
+        far = jnp.full_like(inverse.sign, jnp.inf)
+        _, now, left = lax.while_loop(unfinished, correct, (0, start, far))
         slope = jax.vmap(
             lambda right: inverse.of(system.rows(right)).flat(), in_axes=1, out_axes=1
         )(rights)
         return _Corrected(now.flat(), left, inverse.sign, slope)
 
     return kernel
+
+
+def _rough(scheme: Int[Array, "3"]) -> Int[Array, "3"]:
+    """Enough for a Jacobian of chords, in half of the work; with less many do not contract."""
+    steps = jnp.maximum(2, jnp.round(0.4 * scheme[0]).astype(scheme.dtype))
+    return jnp.stack([steps, 8, 8])
 
 
 def _posed(problem, scaling, y, steps) -> tuple[System, Parts]:

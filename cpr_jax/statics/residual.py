@@ -147,9 +147,13 @@ def leg_rows(robot: Robot, units: Units, steps: Steps, leg: Leg, q, q_p, mu):
 
 def closing_rows(robot: Robot, units: Units, leg: Leg, base: LegBase, tip: RodState, q_p):
     """As `leg_rows`, of a rod whose tip is known in the axes of its base."""
+    return joint_rows(robot, units, leg, to_world(robot.geometry, base, tip), q_p)
+
+
+def joint_rows(robot: Robot, units: Units, leg: Leg, tip: RodState, q_p):
+    """As `leg_rows`, of a rod whose tip is known in world axes."""
     geometry = robot.geometry
     d = geometry.d
-    tip = to_world(geometry, base, tip)
     section = geometry.frame(tip.rotation)
     b = geometry.outward(section, leg.b)
     end = tip.position + b

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..analysis.parameters import Selection
+from ..analysis.pieces import jacobian, rods_in_pieces
 from ..analysis.stability import count_unstable
 from ..programs import program
 from ..robots.robot import Robot
@@ -18,7 +19,7 @@ from ..rods.segments import segments_of
 from ..statics.energy import bows_of, integrated, total_energy
 from ..statics.linear import inverse_with_sign, row_axes
 from ..statics.measures import motor_torques
-from ..statics.residual import residual, residual_at
+from ..statics.residual import residual
 from ..statics.singular_values import norm_2
 from ..statics.unknowns import unknown_scales, unravel
 
@@ -38,7 +39,7 @@ class Cell(NamedTuple):
         over largest singular value of J, 1 where the platform moves alike in all directions.
     - `curvature`, `moment`: largest curvature, 1/m, and internal moment, N·m, along the rods.
     - `unstable`: number of unstable directions, see `stability`.
-    - `residual`: largest entry of the dimensionless `R₀`.
+    - `residual`: largest entry of the dimensionless `R₀`, before a last step of Newton's method.
     """
 
     q_a: Float[Array, " n_a"]
@@ -72,8 +73,8 @@ def look_at_cells(
 ) -> Cell:
     """The numbers of many equilibria, from their unknowns in SI units.
 
-    The unknowns are to be close: one Newton step is part of the look, with the coordinates at the
-    places `imposed` of `(q_a, q_p)` held.
+    What is returned of the unknowns is a Newton step further, with the coordinates at the places
+    `imposed` of `(q_a, q_p)` held.
     """
     return jax.vmap(lambda y: _look(robot, selection, delta, y, imposed, steps))(y)
 
@@ -84,38 +85,41 @@ def _look(robot: Robot, selection: Selection, delta, y, imposed, steps: int) -> 
     n_q = n_a + n_p
     d = robot.geometry.d
 
-    def equations(scaled, rho):
+    pieces = rods_in_pieces(robot, y, steps)
+    by_y = jacobian(robot, y, pieces)
+
+    def equations(rho):
         varied = selection.set(robot, rho)
-        R_0 = residual(varied, unravel(varied, scaled * units), steps)
+        R_0 = residual(varied, unravel(varied, y), steps)
         return R_0, R_0
 
-    linearise = jax.jacfwd(equations, argnums=(0, 1), has_aux=True)
-    (by_y, by_rho), R_0 = linearise(y / units, selection.get(robot))
+    by_rho, R_0 = jax.jacfwd(equations, has_aux=True)(selection.get(robot))
     A_p = by_y[:, n_a:]
     free = free_runs(robot, imposed)
     A_q = jnp.concatenate([by_y[:, run] for run in free], axis=1)
     # As a batch of two they share their compiled code.
     (inverse_q, inverse_p), (_, sign_t2) = jax.vmap(inverse_with_sign)(jnp.stack([A_q, A_p]))
     sigma_t1, sigma_t2 = 1.0 / jax.vmap(norm_2)(jnp.stack([inverse_q, inverse_p]))
-    moved = -(inverse_q @ R_0) * jnp.concatenate([units[run] for run in free])
-    for run in free:
-        y, moved = y.at[run].add(moved[: run.stop - run.start]), moved[run.stop - run.start :]
     answers = -inverse_p[:n_p] @ jnp.concatenate([by_rho, by_y[:, :n_a]], axis=1)
     answers = answers * units[n_a:n_q, None]
     Pi_p, J = answers[:, : delta.size], answers[:d, delta.size :] / units[:n_a]
     semi_axes, directions = row_axes(Pi_p[:d] * delta)
     stretch, _ = row_axes(J)
     rods = integrated(robot, y, steps)
+    energy, bows = total_energy(robot, y, rods), bows_of(robot, y, rods)
+    counted = count_unstable(robot, y, pieces)
+    curvature, moment = _strongest(robot, pieces.nodes)
+    moved = -(inverse_q @ R_0) * jnp.concatenate([units[run] for run in free])
+    for run in free:
+        y, moved = y.at[run].add(moved[: run.stop - run.start]), moved[run.stop - run.start :]
     state = unravel(robot, y)
-    counted, nodes = count_unstable(robot, y, steps)
-    curvature, moment = _strongest(robot, nodes)
     return Cell(
         q_a=state.q_a,
         q_p=state.q_p,
         mu=state.mu,
         motor_torques=motor_torques(robot, y),
-        energy=total_energy(robot, y, rods),
-        bows=bows_of(robot, y, rods),
+        energy=energy,
+        bows=bows,
         sigma_t1=sigma_t1,
         sigma_t2=sigma_t2,
         sign_t2=sign_t2,
@@ -127,7 +131,7 @@ def _look(robot: Robot, selection: Selection, delta, y, imposed, steps: int) -> 
         curvature=curvature,
         moment=moment,
         unstable=counted.index,
-        residual=jnp.max(jnp.abs(residual_at(robot, state, rods.tips))),
+        residual=jnp.max(jnp.abs(R_0)),
     )
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..analysis.parameters import Selection, select
+from ..analysis.pieces import rods_in_pieces
 from ..analysis.stability import count_unstable
 from ..errors import InputError
 from ..geometry import floats
@@ -148,5 +149,5 @@ def _look(robot: Robot, selection: Selection, held, value, y, steps: int):
     root = find_root(Problem(varied, forward_rows(varied), held), y, steps=steps)
     moved = jnp.max(jnp.abs(root.y - y) / unknown_scales(robot))
     good = (root.residual < _CLOSE) & (moved < _FARTHEST)
-    counted, _ = count_unstable(varied, root.y, steps)
+    counted = count_unstable(varied, root.y, rods_in_pieces(varied, root.y, steps))
     return root.y, good, counted.index

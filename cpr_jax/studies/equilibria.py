@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.stats import qmc
 
+from ..analysis.pieces import rods_in_pieces
 from ..analysis.stability import count_unstable
 from ..errors import InputError, check_integer
 from ..geometry import Numbers, floats
@@ -233,7 +234,7 @@ def _look(problem: Problem, y, steps: int):
         good &= jnp.max(jnp.abs(root.y - y) / unknown_scales(robot)) < 1e-3
         rods = integrated(robot, root.y, steps)
         energy, bowed = total_energy(robot, root.y, rods), bows_of(robot, root.y, rods)
-        counted, _ = count_unstable(robot, root.y, steps)
+        counted = count_unstable(robot, root.y, rods_in_pieces(robot, root.y, steps))
         return root.y, good, energy, counted.index, bowed
 
     return jax.vmap(one)(y)

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..robots.robot import Robot
-from ..rods.solver import Steps
+from ..rods.solver import Steps, as_scheme
 from ..statics.advance import Nearby, advance, advance_many
 from ..statics.continuation import DEVIATION
 from ..statics.status import Status
@@ -50,7 +50,7 @@ class Follower(NamedTuple):
         program = advance_many if self.many else advance
         places = on_devices((self.robot, self.imposed))
         # As an array: Python numbers would be compiled in.
-        scheme = np.asarray(self.steps)
+        scheme = np.asarray(as_scheme(self.steps))
 
         def batch(k: int) -> Nearby:
             lanes = [padded(part[k : k + LANES], LANES) for part in (guess, goal)]

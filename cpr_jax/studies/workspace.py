@@ -14,7 +14,6 @@ from ..analysis.parameters import ranges, select
 from ..errors import InputError, check_integer, shown
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
-from ..rods.solver import Scheme
 from ..statics.equilibrium import Equilibrium, solve_inverse
 from ..statics.problem import imposed_coordinates, imposed_rows
 from ..statics.reach import out_of_reach
@@ -123,7 +122,7 @@ def workspace_map(
     chunk = _CHUNK if grid.shape[0] * grid.shape[1] > 4 * _CHUNK else _CHUNK // 8
     folder = None if out is None else pathlib.Path(out)
     many = grid.shape[0] * grid.shape[1] > _MANY
-    follower = Follower(robot, imposed_rows(robot, places), grid.axes, coarse(steps), many)
+    follower = Follower(robot, imposed_rows(robot, places), grid.axes, steps, many)
     needs = follower, selection, half_ranges, places, steps, chunk, seed is None
     with compile_map(*needs) as ahead:
         if seed is None:
@@ -164,12 +163,6 @@ def workspace_map(
         save_dataset(dataset, folder / "map.nc", scratch=parts.folder)
         parts.clear()
     return dataset
-
-
-def coarse(steps: int) -> Scheme:
-    """What finds the cells, in a third of the work; each is polished with all steps when it is
-    looked at."""
-    return Scheme(max(2, round(0.3 * steps)), 8, 8)
 
 
 def _configuration(

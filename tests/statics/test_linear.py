@@ -72,9 +72,10 @@ def test_derivatives_of_the_inverse(mode):
     assert first.dtype == jnp.float64
 
 
-def test_norm_beside_svd_zero_nan_and_equal_singular_values():
-    matrices = RNG.normal(size=(70, 6, 6))
-    matrices[1], matrices[2], matrices[3] = 0.0, np.nan, np.eye(6)
+@pytest.mark.parametrize("n", [6, 14])
+def test_norm_beside_svd_zero_nan_and_equal_singular_values(n):
+    matrices = RNG.normal(size=(70, n, n))
+    matrices[1], matrices[2], matrices[3] = 0.0, np.nan, np.eye(n)
     matrices[4] *= 1e-200
     found = jax.jit(jax.vmap(norm_2))(matrices)
     expected = [np.nan if k == 2 else np.linalg.norm(a, 2) for k, a in enumerate(matrices)]

@@ -16,7 +16,7 @@ from cpr_jax.studies.draws import Distribution
 from cpr_jax.studies.follower import Follower
 from cpr_jax.studies.monte_carlo import monte_carlo
 from cpr_jax.studies.samples import Options, Prediction
-from cpr_jax.studies.workspace import _CHUNK, coarse, workspace_map
+from cpr_jax.studies.workspace import _CHUNK, workspace_map
 
 AT_D = (0.05, 0.045)
 """Beside a singularity, where samples need to be followed."""
@@ -63,7 +63,7 @@ def test_a_map(paper):
     called = known()
     assert {"from_home", "polish", "_advance", "look_at_cells", "_correct"} <= names(called)
     selection = select(paper)
-    follower = Follower(paper, imposed_rows(paper, places), places, coarse(10))
+    follower = Follower(paper, imposed_rows(paper, places), places, 10)
     half_ranges = ranges(paper, selection, None)
     with compile_map(follower, selection, half_ranges, places, 10, _CHUNK // 8, True) as compiling:
         compiling.wait("look")

@@ -8,7 +8,6 @@ from cpr_jax.statics.problem import imposed_coordinates, imposed_rows
 from cpr_jax.studies.follower import Follower
 from cpr_jax.studies.grid import make_grid
 from cpr_jax.studies.symmetry import is_mirror_symmetric
-from cpr_jax.studies.workspace import coarse
 
 
 def judged(robot, imposed=None, names=None, box=None, target=None):
@@ -18,7 +17,7 @@ def judged(robot, imposed=None, names=None, box=None, target=None):
     begin = np.concatenate([seed.q_a, seed.q_p])
     grid = make_grid(robot, begin, None, box, names)
     places = imposed_coordinates(robot, imposed)
-    follower = Follower(robot, imposed_rows(robot, places), grid.axes, coarse(20))
+    follower = Follower(robot, imposed_rows(robot, places), grid.axes, 20)
     return is_mirror_symmetric(follower, seed, grid, places)
 
 
