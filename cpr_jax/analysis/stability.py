@@ -14,8 +14,8 @@ from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium
 from ..statics.linear import inverse_with_sign, negative_eigenvalues
 from ..statics.residual import base_wrench, leg_base, load_arms
-from ..statics.unknowns import Scales, scales, unravel
-from .pieces import Pieces, rods_in_pieces, to_tip
+from ..statics.unknowns import scales, unravel
+from .pieces import Pieces, rods_in_pieces, tip_of, variation
 
 _SOFTENING = 1e-11
 """Flexibility added in units of `scales(robot)`: a straight rod has none along its axis."""
@@ -77,23 +77,25 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], pieces: Pieces) -> Sta
     state = unravel(robot, y)
     units = scales(robot)
     pose, wrench = units.pose(robot), units.wrench(robot)
+    both = jnp.concatenate([pose, wrench])
     orientation, n_p = robot.orientation(state.q_p), robot.n_p
 
     def levers(arm, force):
         turned = geometry.lever(arm, force) / (units.force * units.length)
         return jnp.zeros((pose.size, pose.size)).at[d:, d:].set(turned)[:n_p, :n_p]
 
-    def one(leg: Leg, q, mu, tangents, along, tip: RodState):
+    def one(leg: Leg, q, mu, tangents, by_base, tip: RodState):
         index, carried = _free_end_index(geometry, tangents)
-        eye, (poses, wrenches) = jnp.eye(mu.size), jnp.split(along[:, 1:], 2)
+        eye = jnp.eye(mu.size)
         if leg.base_joint is None:
-            flexibility = _flexibility(poses, wrenches)
+            flexibility = _flexibility(*jnp.split(by_base[:, geometry.r :], 2))
             K = inverse_with_sign(flexibility + _SOFTENING * eye)[0]
         else:
-            slides, added = _released_base(geometry, leg, q, mu, units, carried)
+            begin, slides, added = _released_base(geometry, leg, q, mu, both, carried)
             index = index + added
+            poses, wrenches = jnp.split(tip_of(geometry, by_base, begin), 2)
             K = wrenches @ inverse_with_sign(poses + _SOFTENING * wrenches)[0]
-            held = along[:, 1:] + _HOLD * to_tip(geometry, tangents, slides)
+            held = tip_of(geometry, by_base, begin + _HOLD * slides)
             flexibility = _flexibility(*jnp.split(held, 2))
         clamped = index - negative_eigenvalues(flexibility + _SOFTENING * eye)
 
@@ -126,7 +128,7 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], pieces: Pieces) -> Sta
         return clamped + negative_eigenvalues(inner), seen
 
     own = robot.legs, robot.transmission @ state.q_a, state.mu
-    legs, stiffnesses = jax.vmap(one)(*own, pieces.tangents, pieces.along, pieces.tip)
+    legs, stiffnesses = jax.vmap(one)(*own, pieces.tangents, pieces.by_base, pieces.tip)
     stiffness = jnp.sum(stiffnesses, axis=0)
     if robot.loads is not None:
         arms = load_arms(robot, robot.loads, state.q_p)
@@ -137,35 +139,41 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], pieces: Pieces) -> Sta
     return Stability(jnp.where(known, index, -1), jnp.where(known, legs, -1), si)
 
 
-def _released_base(geometry: AbstractGeometry, leg: Leg, q, mu, units: Scales, carried):
+def _released_base(geometry: AbstractGeometry, leg: Leg, q, mu, units, carried):
     """What a passive joint adds to a rod whose base was held.
 
     **Arguments:**
 
     - `carried`: stiffness of the rod, its tip under dead loads, against turns of its base.
 
-    **Returns:** wrenches `(p, φ, n, m)(0)` that would resist its free motions with a stiffness of
-    one; the number of negative directions among these motions.
+    **Returns:** tangents `∂(p, φ, n, m)(0)` in the joint's unknowns; wrenches that would resist its
+    free motions with a stiffness of one; the number of negative directions among these motions.
     """
     d, f = geometry.d, geometry.freedoms
     joint = leg.base_joint
     assert joint is not None
     here = leg_base(geometry, leg, q, mu)
     free, released = joint.free, joint.free[d:]
+
+    def move(mu):
+        return variation(geometry, leg_base(geometry, leg, q, mu), here)
+
     force, moment = jnp.split(base_wrench(geometry, here), [d])
+    steps = jnp.where(free > 0.5, units[:f], units[f:])
+    tangents = jax.jacfwd(move)(mu) / units[:, None] * steps
     carrier = geometry.compose(geometry.exp(leg.base_rotation), geometry.exp(leg.screw[d:] * q))
     outer = geometry.compose(carrier, geometry.exp(joint.rotation))
     Q = _axes(geometry, released, outer, here.rotation)
-    slides = jnp.zeros((2 * f, f)).at[f:].set(Q * free)
+    slides = jnp.zeros_like(tangents).at[f:].set(Q * free)
 
     arm = here.position - here.joint
     moment = moment + jnp.stack(geometry.cross(arm, force))
-    scale = units.force * units.length
+    scale = units[f] * units[0]
     K = carried + geometry.lever(arm, force) / scale
     axes = Q[d:, d:]
     K = axes.T @ K @ axes - _bent(geometry, released, Q, moment) / scale
     inner = released[:, None] * K * released + jnp.diag(1.0 - released)
-    return slides, negative_eigenvalues(inner)
+    return tangents, slides, negative_eigenvalues(inner)
 
 
 def _bent(geometry: AbstractGeometry, released, axes, moment) -> Float[Array, "r r"]:

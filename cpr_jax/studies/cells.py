@@ -9,8 +9,9 @@ import jaxtyping
 import numpy as np
 from jaxtyping import Float, Int
 
+from ..analysis.jacobian import linearised, names_that_vary
 from ..analysis.parameters import Selection
-from ..analysis.pieces import jacobian, rods_in_pieces
+from ..analysis.pieces import rods_in_pieces
 from ..analysis.stability import count_unstable
 from ..programs import program
 from ..robots.robot import Robot
@@ -19,7 +20,7 @@ from ..rods.segments import segments_of
 from ..statics.energy import bows_of, integrated, total_energy
 from ..statics.linear import inverse_with_sign, row_axes
 from ..statics.measures import motor_torques
-from ..statics.residual import residual
+from ..statics.residual import residual_at
 from ..statics.singular_values import norm_2
 from ..statics.unknowns import unknown_scales, unravel
 
@@ -85,15 +86,8 @@ def _look(robot: Robot, selection: Selection, delta, y, imposed, steps: int) -> 
     n_q = n_a + n_p
     d = robot.geometry.d
 
-    pieces = rods_in_pieces(robot, y, steps)
-    by_y = jacobian(robot, y, pieces)
-
-    def equations(rho):
-        varied = selection.set(robot, rho)
-        R_0 = residual(varied, unravel(varied, y), steps)
-        return R_0, R_0
-
-    by_rho, R_0 = jax.jacfwd(equations, has_aux=True)(selection.get(robot))
+    pieces = rods_in_pieces(robot, y, steps, names_that_vary(robot, selection))
+    by_y, by_rho = linearised(robot, y, selection, pieces)
     A_p = by_y[:, n_a:]
     free = free_runs(robot, imposed)
     A_q = jnp.concatenate([by_y[:, run] for run in free], axis=1)
@@ -106,6 +100,7 @@ def _look(robot: Robot, selection: Selection, delta, y, imposed, steps: int) -> 
     semi_axes, directions = row_axes(Pi_p[:d] * delta)
     stretch, _ = row_axes(J)
     rods = integrated(robot, y, steps)
+    R_0 = residual_at(robot, unravel(robot, y), rods.tips)
     energy, bows = total_energy(robot, y, rods), bows_of(robot, y, rods)
     counted = count_unstable(robot, y, pieces)
     curvature, moment = _strongest(robot, pieces.nodes)
