@@ -87,9 +87,9 @@ def linearised(
     )(here.q_p, rho)
 
     # Columns: motors, the platform, each leg's μ, ρ.
-    own = by_own[:, :, None, 1 + n_p :] * jnp.eye(n)[:, None, :, None]
+    blocks = by_own[:, :, None, 1 + n_p :] * jnp.eye(n)[:, None, :, None]
     motors = by_own[:, :, :1] * robot.transmission[:, None]
-    columns = motors, by_own[:, :, 1 : 1 + n_p], own.reshape(n, 2 * f, n * f), by_rho
+    columns = motors, by_own[:, :, 1 : 1 + n_p], blocks.reshape(n, 2 * f, n * f), by_rho
     legs = jnp.concatenate(columns, axis=2)
     load = jnp.zeros((f, legs.shape[2])).at[:, robot.n_a : robot.n_a + n_p].set(load_by_q_p)
     load = load.at[:, robot.n_y :].set(load_by_rho)

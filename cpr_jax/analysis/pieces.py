@@ -99,7 +99,7 @@ def variation(geometry: AbstractGeometry, base: LegBase, here: LegBase) -> Float
 
 
 def _cut(geometry: AbstractGeometry, leg: Leg, base: LegBase, steps: int, names: tuple[str, ...]):
-    """Tangents of the pieces, by the numbers of the segments, their ends, and the tip."""
+    """Tangents of the pieces, by their starts and by numbers; all their ends; the tip."""
     d, r = geometry.d, geometry.r
 
     def move(change, numbers, start: RodState, segment: Rod):

@@ -23,7 +23,7 @@ from .parallel import in_parallel, on_devices, padded
 from .parts import Parts
 
 _POLISHED = 3
-"""How often a cell is polished beyond the first time."""
+"""How often a cell is looked at again, each time a step of Newton's method further."""
 
 _SAVE_EVERY = 2.0
 """Seconds between two states of the front that are kept."""
@@ -92,7 +92,7 @@ def cells_and_seam(
 
 
 def _looked_at(job: Job, y, bar: tqdm, level: int) -> Cell:
-    """The numbers of all cells, chunk by chunk; those beside a fold are polished further."""
+    """The numbers of all cells, chunk by chunk; what is not solved well enough is polished."""
     robot, parts = job.robot, job.parts
 
     places = on_devices((robot, job.delta))

@@ -13,7 +13,7 @@ from cpr_jax.analysis.parameters import select
 from cpr_jax.analysis.pieces import rods_in_pieces
 from cpr_jax.geometry import PLANE
 from cpr_jax.robots.catalogue import rfrfr, three_pfr
-from cpr_jax.robots.catalogue_space import six_rus, three_rfs
+from cpr_jax.robots.catalogue_space import three_rfs
 from cpr_jax.statics.residual import residual
 from cpr_jax.statics.unknowns import unknown_scales, unravel
 from tests.statics.random_robots import KINDS, random_robot
@@ -60,7 +60,7 @@ def beside_automatic(robot, labels=NUMBERS):
         np.testing.assert_allclose(a / size, b / size, rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("make", [rfrfr, three_pfr, three_rfs, six_rus])
+@pytest.mark.parametrize("make", [rfrfr, three_pfr, three_rfs])
 def test_robots_of_the_catalogue(make):
     beside_automatic(make())
 
