@@ -14,7 +14,7 @@ from ..rods.segments import segments_of
 from ..statics.residual import LegBase, joint_rows, leg_base, platform_load, units_of
 from ..statics.unknowns import unknown_scales, unravel
 from .parameters import Selection
-from .pieces import Pieces, tip_of, units_of_variations, variation
+from .pieces import Pieces, moved_by, tip_of, units_of_variations, variation
 
 
 def names_that_vary(robot: Robot, selection: Selection) -> tuple[str, ...]:
@@ -44,7 +44,7 @@ def linearised(
     - `pieces`: made with `names_that_vary` of the selection.
     """
     geometry, names = robot.geometry, names_that_vary(robot, selection)
-    d, f, n, n_p = geometry.d, geometry.freedoms, robot.n, robot.n_p
+    f, n, n_p = geometry.freedoms, robot.n, robot.n_p
     units, both, here = units_of(robot), units_of_variations(robot), unravel(robot, y)
     ways, rho = robot.transmission @ here.q_a, selection.get(robot)
 
@@ -68,13 +68,7 @@ def linearised(
             change = tip_of(geometry, by_base, change[:, None])[:, 0]
             grown = numbers(leg, base) - numbers(old, before)
             change = (change + jnp.sum(by_numbers * grown, axis=1)) * both
-            p, turn, force, moment = jnp.split(change, [d, f, f + d])
-            moved = RodState(
-                position=tip.position + p,
-                rotation=jnp.stack(geometry.compose(geometry.exp(turn), tip.rotation)),
-                force=tip.force + force,
-                moment=tip.moment + moment + 0.5 * geometry.bracket(turn, tip.moment),
-            )
+            moved = moved_by(geometry, change, tip)
             return jnp.concatenate(joint_rows(varied, units, leg, moved, q_p))
 
         own = jnp.concatenate([q[None], here.q_p, mu])

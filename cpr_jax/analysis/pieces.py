@@ -98,6 +98,18 @@ def variation(geometry: AbstractGeometry, base: LegBase, here: LegBase) -> Float
     return _varied(geometry, _start(geometry, base), _start(geometry, here))
 
 
+def moved_by(geometry: AbstractGeometry, change: Float[Array, " both"], here: RodState) -> RodState:
+    """The state that differs from another one by a variation in SI units."""
+    d, f = geometry.d, geometry.freedoms
+    p, turn, n, m = jnp.split(change, [d, f, f + d])
+    return RodState(
+        position=here.position + p,
+        rotation=jnp.stack(geometry.compose(geometry.exp(turn), here.rotation)),
+        force=here.force + n,
+        moment=here.moment + m + 0.5 * geometry.bracket(turn, here.moment),
+    )
+
+
 def _cut(geometry: AbstractGeometry, leg: Leg, base: LegBase, steps: int, names: tuple[str, ...]):
     """Tangents of the pieces, by their starts and by numbers; all their ends; the tip."""
     d, r = geometry.d, geometry.r

@@ -15,7 +15,7 @@ from ..statics.equilibrium import Equilibrium
 from ..statics.linear import inverse_with_sign, negative_eigenvalues
 from ..statics.residual import base_wrench, leg_base, load_arms
 from ..statics.unknowns import scales, unravel
-from .pieces import Pieces, rods_in_pieces, tip_of, variation
+from .pieces import Pieces, rods_in_pieces, tip_of, units_of_variations, variation
 
 _SOFTENING = 1e-11
 """Flexibility added in units of `scales(robot)`: a straight rod has none along its axis."""
@@ -77,7 +77,7 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], pieces: Pieces) -> Sta
     state = unravel(robot, y)
     units = scales(robot)
     pose, wrench = units.pose(robot), units.wrench(robot)
-    both = jnp.concatenate([pose, wrench])
+    both = units_of_variations(robot)
     orientation, n_p = robot.orientation(state.q_p), robot.n_p
 
     def levers(arm, force):
