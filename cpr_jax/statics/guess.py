@@ -195,9 +195,11 @@ def move(
 
 
 def fitted(robot: Robot, y: Float[Array, " n_y"], steps: Steps = DEFAULT_STEPS) -> Array:
-    """Unknowns of a robot with other numbers, their wrenches scaled to where least is missing.
+    """Unknowns of a robot with other numbers, their wrenches scaled to where its joints gape least.
 
-    A softer rod that carried the old wrenches would bend further than the branch allows.
+    A softer rod that carried the old wrenches would bend further than the branch allows. What the
+    platform lacks to its equilibrium does not count: another load on it is no reason for the rods
+    to have another shape, and to follow it is what the way is for.
     """
     state = unravel(robot, y)
     factors = 2.0 ** jnp.linspace(-3.0, 3.0, 49)
@@ -208,7 +210,7 @@ def fitted(robot: Robot, y: Float[Array, " n_y"], steps: Steps = DEFAULT_STEPS) 
 
     def missing(factor):
         scaled = ravel(state._replace(mu=strained(factor)))
-        left = jnp.max(jnp.abs(_gap(robot, scaled, steps)))
+        left = jnp.max(jnp.abs(_gap(robot, scaled, steps)[robot.n_p :]))
         return jnp.where(jnp.isfinite(left), left, jnp.inf)
 
     factor = factors[jnp.argmin(jax.vmap(missing)(factors))]

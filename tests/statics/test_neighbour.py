@@ -6,21 +6,27 @@ import numpy as np
 import pytest
 
 from cpr_jax.robots.catalogue import rfrfr
-from cpr_jax.statics.equilibrium import solve_inverse
+from cpr_jax.statics.equilibrium import solve_forward, solve_inverse
 from cpr_jax.statics.status import Status
 
 
 @pytest.mark.parametrize(
     "numbers",
-    [{"l": 0.245}, {"l": 0.27}, {"a": 0.05}, {"b": 0.03}, {"d": 0.21}, {"k_b": 0.015}],
+    [
+        *({"l": 0.245}, {"l": 0.27}, {"a": 0.05}, {"b": 0.03}, {"d": 0.21}),
+        *({"k_b": 0.006}, {"k_b": 0.015}, {"k_b": 0.05}),
+        *({"f_P": (0.0, force)} for force in (6.0, 4.0, 3.0, -1.0, -3.0)),
+        {"k_b": 0.01, "f_P": (0.5, 3.0)},
+    ],
     ids=str,
 )
 def test_a_guess_of_another_design(nominal, numbers):
     other = rfrfr(**numbers)
-    followed = solve_inverse(other, nominal.q_p, guess=nominal)
-    cold = solve_inverse(other, nominal.q_p)
-    assert int(followed.status) == Status.SOLVED
-    np.testing.assert_allclose(followed.y, cold.y, atol=1e-10)
+    for solve, target in ((solve_inverse, nominal.q_p), (solve_forward, nominal.q_a)):
+        followed = solve(other, target, guess=nominal)
+        cold = solve(other, target)
+        assert int(followed.status) == Status.SOLVED
+        np.testing.assert_allclose(followed.y, cold.y, atol=1e-10)
 
 
 def test_a_neighbour_under_heavy_load(paper):
