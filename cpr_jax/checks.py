@@ -26,10 +26,19 @@ def check_positive(name: str, value: Any, or_zero: bool = False) -> None:
     """Refuses numbers that are not positive; traced ones are not known."""
     if _is_traced(value):
         return
-    numbers = np.asarray(value)
-    if np.any(numbers < 0.0) or (not or_zero and np.any(numbers == 0.0)):
-        expected = "not be negative" if or_zero else "be positive"
+    expected = "not be negative" if or_zero else "be positive"
+    try:
+        numbers = np.asarray(value, float)
+    except (TypeError, ValueError):
+        expected, numbers = "be a number", np.array(np.nan)
+    if np.any(np.isnan(numbers) | (numbers < 0.0)) or (not or_zero and np.any(numbers == 0.0)):
         raise InputError(f"Argument `{name}` must {expected}, but it is {shown(value)}.")
+
+
+def check_finite(name: str, value: Any) -> None:
+    """Refuses numbers that are infinite or NaN; traced ones are not known."""
+    if not _is_traced(value) and not np.all(np.isfinite(np.asarray(value, float))):
+        raise InputError(f"Argument `{name}` must be finite, but it is {shown(value)}.")
 
 
 def _is_traced(value: Any) -> bool:

@@ -1,5 +1,6 @@
 """The mistakes of users, apart from those of programs."""
 
+import numbers
 from collections.abc import Mapping
 
 _LONGEST = 60
@@ -29,7 +30,8 @@ def shown(value: object) -> str:
 
 def check_integer(name: str, value: object, least: int = 1, most: int | None = None) -> None:
     """Refuses an argument that is not an integer within bounds."""
-    fits = isinstance(value, int) and not isinstance(value, bool)
+    # Those of numpy, too.
+    fits = isinstance(value, numbers.Integral) and not isinstance(value, bool)
     if fits and value >= least and (most is None or value <= most):  # type: ignore[operator]
         return
     expected = f"an integer from {least} " + ("on" if most is None else f"to {most}")

@@ -53,19 +53,42 @@ class Ellipsoid(eqx.Module):
 
     def level(self, points: Float[Array, "*n k"]) -> Float[Array, "*n"]:
         """`(x - c)ᵀ K⁻¹ (x - c)` of each point; at most 1 inside. Infinite off a flat one."""
-        along = (points - self.center) @ self.directions.T
-        flat = self.semi_axes <= 1e-12 * self.semi_axes[0]
-        ratios = along / jnp.where(flat, 1.0, self.semi_axes)
+        along, flat = (points - self.center) @ self.directions.T, self._flat
         off = jnp.abs(along) > 1e-9 * self.semi_axes[0]
-        ratios = jnp.where(flat, jnp.where(off, jnp.inf, 0.0), ratios)
-        return jnp.sum(ratios**2, axis=-1)
+        beside = jnp.any(flat & off, axis=-1)
+        return jnp.where(beside, jnp.inf, self._level_along(along))
 
     def contains(self, points: Float[Array, "*n k"]) -> Bool[Array, "*n"]:
         """Whether each point is inside. NaN is not."""
         return self.level(points) <= 1.0
 
+    def covers(self, points: Float[Array, "*n k"]) -> Bool[Array, "*n"]:
+        """As `contains`, but of a flat one only along the directions in which it extends.
+
+        Fewer parameters than coordinates make it flat. What they move then lies on a curve or a
+        surface that leaves it at once, whereas the linear theory speaks of these directions alone.
+        """
+        return self._level_along((points - self.center) @ self.directions.T) <= 1.0
+
+    @property
+    def _flat(self) -> Bool[Array, " k"]:
+        return self.semi_axes <= 1e-12 * self.semi_axes[0]
+
+    def _level_along(self, along: Float[Array, "*n k"]) -> Float[Array, "*n"]:
+        """The level by the directions in which it extends; NaN where a coordinate is."""
+        ratios = along / jnp.where(self._flat, 1.0, self.semi_axes)
+        return jnp.sum(jnp.where(self._flat, 0.0 * along, ratios) ** 2, axis=-1)
+
     def boundary(self, count: int = 200) -> Float[Array, "count k"]:
-        """Points on the boundary of a planar ellipse, closed."""
+        """Points on the boundary of a planar ellipse, closed.
+
+        **Raises:** `InputError` for an ellipsoid of another number of rows.
+        """
+        if len(self.labels) != 2:
+            raise InputError(
+                f"Argument `rows` must name two states for an ellipse to have a boundary, but this "
+                f"one has {len(self.labels)}: {', '.join(self.labels)}."
+            )
         xp = namespace(self.center, self.semi_axes, self.directions)
         center, semi_axes, directions = map(
             xp.asarray, (self.center, self.semi_axes, self.directions)
@@ -98,6 +121,8 @@ def ellipsoid(sensitivity: Sensitivity, rows: str | Sequence[str] = "p_P") -> El
             names,
         )
     indices = tuple(sensitivity.indices(rows))
+    if not indices:
+        raise InputError("Argument `rows` must name at least one state, but it is empty.")
     labels = tuple(sensitivity.rows[i] for i in indices)
     return _ellipsoid(sensitivity.y, sensitivity.Pi_y, sensitivity.delta, indices, labels)
 

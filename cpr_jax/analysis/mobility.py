@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
-from ..statics.equilibrium import Equilibrium
+from ..statics.equilibrium import Equilibrium, check_fits
 from ..statics.linear import inverse, row_axes
 from ..statics.residual import residual
 from ..statics.unknowns import scales, unknown_scales, unravel
@@ -43,6 +43,7 @@ class Mobility(eqx.Module):
 
 def mobility(robot: Robot, equilibrium: Equilibrium, steps: int = DEFAULT_STEPS) -> Mobility:
     """The platform's motion per motor and per load at an equilibrium."""
+    check_fits("equilibrium", equilibrium, robot)
     return _mobility(robot, equilibrium.y, steps)
 
 

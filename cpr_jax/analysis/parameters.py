@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import check_positive
+from ..checks import check_finite, check_positive, check_shape
 from ..errors import InputError
 from ..geometry import floats, namespace
 from ..robots.labels import segment_missing
@@ -48,6 +48,29 @@ class Entry:
         number = 1.0 / value if self.reciprocal else value
         leaf = attrgetter(self.path)(robot)
         return eqx.tree_at(attrgetter(self.path), robot, leaf.at[self.index].set(number))
+
+    def place(self, robot: Robot) -> tuple[int, ...]:
+        """The index, counted from the front."""
+        shape = attrgetter(self.path)(robot).shape
+        return tuple(i % n for i, n in zip(self.index, shape, strict=True))
+
+    def places(self, robot: Robot) -> frozenset[tuple[str, tuple[int, ...]]]:
+        """All numbers of the robot that it stands for."""
+        return frozenset({(self.path, self.place(robot))})
+
+
+@dataclasses.dataclass(frozen=True)
+class BendingStiffness(Entry):
+    """Of a rod in space: ρ is that about its last axis, that about the other goes with it."""
+
+    def set(self, robot: Robot, value: Float[Array, ""]) -> Robot:
+        leaf = attrgetter(self.path)(robot)
+        leaf = leaf.at[(*self.index[:-1], slice(1, 3))].multiply(self.get(robot) / value)
+        return eqx.tree_at(attrgetter(self.path), robot, leaf)
+
+    def places(self, robot: Robot) -> frozenset[tuple[str, tuple[int, ...]]]:
+        rod = self.place(robot)[:-1]
+        return frozenset((self.path, (*rod, axis)) for axis in (1, 2))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -121,12 +144,13 @@ def select(
 
     **Arguments:**
 
-    - `labels`: `k_b1` (bending stiffness of leg 1), `r_c1` (radius of precurvature), `kappa1`
-        (precurvature), `l1`, `a1`, `b1` (lengths), `base1_y` (motor position), `f1_y`
-        (distributed load), `f_P_y`, `m_P_x` (load), in space `k_t1`, `k_21`; of a rod with
-        further segments `k_b1_2` (of leg 1, segment 2), `r_c1_2`, `kappa1_2`, `l1_2`, `f1_2_y`;
-        or any array of the robot with an index, such as `legs.joint.lever[0]`. Legs and segments
-        count from 1, indices from 0.
+    - `labels`: `k_b1` (bending stiffness of leg 1; in space about both axes at once, their ratio
+        kept), `r_c1` (radius of precurvature; in space about the rod's last axis), `kappa1`
+        (precurvature, likewise), `l1`, `a1`, `b1` (lengths), `base1_y` (motor position), `f1_y`
+        (distributed load), `f_P_y`, `m_P_x` (load), in space `k_t1`, `k_21`, `k_31` (stiffness
+        about one axis); of a rod with further segments `k_b1_2` (of leg 1, segment 2), `r_c1_2`,
+        `kappa1_2`, `l1_2`, `f1_2_y`; or any array of the robot with an index, such as
+        `legs.joint.lever[0]`. Legs and segments count from 1, indices from 0.
     - `field`: the argument that errors are to name.
     """
     if labels is None:
@@ -138,7 +162,20 @@ def select(
             )
     if isinstance(labels, str) or not isinstance(labels, Iterable):
         labels = (labels,)
-    return Selection(tuple(_entry(robot, label, field) for label in labels))
+    labels = tuple(labels)
+    if not labels:
+        raise InputError(f"Argument `{field}` must name at least one parameter, but it is empty.")
+    entries = tuple(_entry(robot, label, field) for label in labels)
+    known: dict[tuple[str, tuple[int, ...]], str] = {}
+    for entry in entries:
+        for place in entry.places(robot):
+            if place in known:
+                raise InputError(
+                    f"Argument `{field}` must name each number once, but {known[place]!r} and "
+                    f"{entry.label!r} are the same."
+                )
+            known[place] = entry.label
+    return Selection(entries)
 
 
 def ranges(
@@ -151,7 +188,9 @@ def ranges(
             f"{type(delta).__name__}."
         )
     for label, half_range in (delta or {}).items():
+        check_shape(f"delta[{label!r}]", half_range, ())
         check_positive(f"delta[{label!r}]", half_range, or_zero=True)
+        check_finite(f"delta[{label!r}]", half_range)
     known = {**robot.uncertainty, **(delta or {})}
     unknown = [label for label in (delta or {}) if label not in selection.labels]
     if unknown:
@@ -207,6 +246,8 @@ def _named(robot: Robot, label: str, field: str) -> Entry | None:
     if (match := _LEG_LABEL.fullmatch(label)) and match[1] in of_legs:
         path, rest, reciprocal, unit = of_legs[match[1]]
         kind = SegmentLength if path == _LENGTH and match[3] else Entry
+        if match[1] == "k_b" and len(robot.geometry.stiffnesses) == 3:
+            kind = BendingStiffness
         path, index = _place(robot, label, path, _index(match[2]), match[3], field)
         return kind(label, path, (*index, *rest), reciprocal, unit)
     if (match := _AXIS_LABEL.fullmatch(label)) and match[4] in axes:

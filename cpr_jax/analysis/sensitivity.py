@@ -10,13 +10,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..errors import InputError
+from ..errors import InputError, check_integer
 from ..geometry import floats, namespace
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS, rod_shape
 from ..rods.segments import arc_lengths, segments_of
-from ..statics.equilibrium import Equilibrium
+from ..statics.equilibrium import Equilibrium, check_fits
 from ..statics.linear import inverse
 from ..statics.measures import motor_torques
 from ..statics.residual import leg_base, residual, to_world
@@ -144,6 +144,7 @@ def sensitivity(
         raise InputError(
             f"Argument `hold` must be 'motors' or 'platform', but it is {hold!r}."
         ) from None
+    check_fits("equilibrium", equilibrium, robot)
     selection = select(robot, parameters)
     if hold is Hold.PLATFORM and robot.n_a != robot.n_p:
         raise InputError(
@@ -152,6 +153,7 @@ def sensitivity(
         )
     half_ranges, y = ranges(robot, selection, delta), equilibrium.y
     slopes = slopes_at(robot, y, selection, steps)
+    check_belongs(robot, equilibrium, slopes.residual)
     return named(robot, y, selection, half_ranges, slopes, hold)
 
 
@@ -170,11 +172,13 @@ class Slopes(NamedTuple):
 
     - `answers`: by the values of `Hold`.
     - `platform_stiffness`, `rho`: see `Sensitivity`.
+    - `residual`: largest entry of `R₀` where they were taken.
     """
 
     answers: dict[str, Answer]
     platform_stiffness: Float[Array, "n_p n_p"]
     rho: Float[Array, " n_rho"]
+    residual: Float[Array, ""]
 
 
 def named(
@@ -202,6 +206,22 @@ def named(
     )
 
 
+_STRANGE = 1e-3
+"""Residual from which an equilibrium is not one of the robot, unless its own steps left more."""
+
+
+def check_belongs(robot: Robot, equilibrium: Equilibrium, residual: Float[Array, ""]) -> None:
+    """Refuses an equilibrium of a robot with other numbers, as far as its residual is known."""
+    if any(isinstance(x, jax.core.Tracer) for x in jax.tree.leaves((equilibrium, residual))):
+        return
+    left = float(residual)
+    if left > max(_STRANGE, 10.0 * float(equilibrium.measures.unbalanced)):
+        raise InputError(
+            f"Argument `equilibrium` must be one of {robot.name} as it is now, but leaves a "
+            f"residual of {left:.1g}: solve for this robot, with it as `guess`."
+        )
+
+
 def turn_jacobian(robot: Robot, q_p: Float[Array, " n_p"]) -> Float[Array, "k k"]:
     """Small rotations about the world axes per change of the platform's rotation vector, `(r, r)`.
 
@@ -227,12 +247,14 @@ def slopes_at(robot: Robot, y: Float[Array, " n_y"], selection: Selection, steps
 
     def equations(scaled, rho):
         varied = selection.set(robot, rho)
-        return residual(varied, unravel(varied, scaled * units), steps)
+        R_0 = residual(varied, unravel(varied, scaled * units), steps)
+        return R_0, R_0
 
     def torques(y, rho):
         return motor_torques(selection.set(robot, rho), y)
 
-    by_y, by_rho = jax.jacfwd(equations, argnums=(0, 1))(y / units, rho)
+    slopes = jax.jacfwd(equations, argnums=(0, 1), has_aux=True)
+    (by_y, by_rho), R_0 = slopes(y / units, rho)
     tau_y, tau_rho = jax.jacfwd(torques, argnums=(0, 1))(y, rho)
 
     # Equally many unknowns from here on are held: the motors, or the platform.
@@ -263,7 +285,7 @@ def slopes_at(robot: Robot, y: Float[Array, " n_y"], selection: Selection, steps
     stiffness = stiffness * wrench_units[:, None] / units[n_a : n_a + n_p]
     # From rotation vectors to small rotations about the world axes.
     stiffness = stiffness @ inverse(jnp.eye(n_p).at[d:, d:].set(turned))
-    return Slopes(answers, stiffness, rho)
+    return Slopes(answers, stiffness, rho, jnp.max(jnp.abs(R_0)))
 
 
 class LegSensitivity(eqx.Module):
@@ -297,8 +319,10 @@ def leg_sensitivity(
     - `parameters`: labels of this leg's parameters; by default `k_b` and `r_c` of the leg (its
         precurvature `kappa` where it is straight), or of each segment of its rod.
     - `points`: number of equidistant arc lengths; of a rod with further segments, in each of them,
-        both ends of which are among them.
+        both ends of which are among them. The integration takes at least `DEFAULT_STEPS` steps.
     """
+    check_fits("equilibrium", equilibrium, robot)
+    check_integer("points", points, least=2)
     if not 1 <= leg <= robot.n:
         raise InputError(f"Argument `leg` must be between 1 and {robot.n}, but it is {leg}.")
     if parameters is None:
@@ -310,7 +334,9 @@ def leg_sensitivity(
             for kind in ("k_b", "r_c" if float(rest[-1]) != 0.0 else "kappa")
         )
     selection = select(robot, parameters)
-    s, Pi = _along_leg(robot, equilibrium.y, selection, leg - 1, points - 1)
+    finer = -(-DEFAULT_STEPS // (points - 1))
+    s, Pi = _along_leg(robot, equilibrium.y, selection, leg - 1, (points - 1) * finer)
+    s, Pi = s[::finer], Pi[::finer]
     # What follows are the segments that only other legs have.
     nodes = 1 + (segment_count(robot, leg - 1) or len(s)) * (points - 1)
     geometry = robot.geometry

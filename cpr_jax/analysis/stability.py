@@ -11,7 +11,7 @@ from ..robots.leg import Leg
 from ..robots.robot import Robot
 from ..rods.equations import RodState
 from ..rods.integration import DEFAULT_STEPS
-from ..statics.equilibrium import Equilibrium
+from ..statics.equilibrium import Equilibrium, check_fits
 from ..statics.linear import inverse_with_sign, negative_eigenvalues
 from ..statics.residual import base_wrench, leg_base, load_arms
 from ..statics.unknowns import scales, unravel
@@ -61,6 +61,7 @@ def stability(robot: Robot, equilibrium: Equilibrium, steps: int = DEFAULT_STEPS
     a dead moment `m_P` by the symmetric part of its stiffness, joints with a `lever` of 0 as if it
     were 1. There an index of 0 is no proof of stability.
     """
+    check_fits("equilibrium", equilibrium, robot)
     return _stability(robot, equilibrium.y, steps)
 
 

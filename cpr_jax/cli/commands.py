@@ -9,6 +9,7 @@ import numpy as np
 from ..analysis.ellipsoid import Ellipsoid, ellipsoid, linear_coverage
 from ..analysis.sensitivity import Sensitivity
 from ..analysis.sensitivity import sensitivity as analyse
+from ..errors import InputError
 from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium
 from ..statics.unknowns import unknown_labels, unknown_units
@@ -86,7 +87,21 @@ def monte_carlo(
     from ..studies.monte_carlo import monte_carlo as sample
     from ..studies.results import samples_dataset, save_dataset
 
+    if out is not None and pathlib.Path(out).is_dir():
+        raise InputError(f"Argument `--out` must be a file to write, but {out} is a folder.")
     robot, equilibrium = solve_request(request, as_json)
+    units = unknown_units(robot)[robot.n_a : robot.n_a + robot.n_p]
+    about = {
+        "robot": robot.name,
+        "seed": seed,
+        "distribution": distribution,
+        "prediction": prediction,
+    }
+
+    def save(study) -> None:
+        if out is not None:
+            save_dataset(samples_dataset([study], ["point"], units, about), out)
+
     result = sample(
         robot,
         equilibrium,
@@ -98,18 +113,10 @@ def monte_carlo(
         prediction=prediction,
         folder=None if out is None else f"{out}.parts",
         resume=resume,
+        save=save,
         progress=sys.stderr.isatty(),
     )
     if out is not None:
-        n_a = robot.n_a
-        units = unknown_units(robot)[n_a : n_a + robot.n_p]
-        about = {
-            "robot": robot.name,
-            "seed": seed,
-            "distribution": distribution,
-            "prediction": prediction,
-        }
-        save_dataset(samples_dataset([result], ["point"], units, about), out)
         pathlib.Path(f"{out}.parts").rmdir()
     expected = _linear_coverage(result.ellipsoid) if distribution == "gaussian" else None
     if as_json:

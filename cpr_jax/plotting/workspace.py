@@ -42,7 +42,8 @@ def plot_map(
     - `dataset`: of `workspace_map`.
     - `variable`: one with the two coordinates as dimensions.
     - `robot`: draws its motors, if the map is of the plane of a planar robot.
-    - `lines`, `unstable`: draw `t1_line` and `t2_line`; hatch cells that are not stable.
+    - `lines`, `unstable`: draw `t1_line` and `t2_line`, which a volume has in the planes of its
+        slices only; hatch cells that are not stable.
     - `mesh`: for `matplotlib`'s `pcolormesh`, such as `norm` or `cmap`.
     """
     if ax is None:
@@ -64,7 +65,8 @@ def plot_map(
     for zone in zones_of(dataset):
         if unstable or zone.name != "unstable":
             zone.draw(ax, (edges_of(x), edges_of(z)))
-    if lines:
+    # A volume has the lines of its slices: cut across them it has none.
+    if lines and list(dataset["axis"].values) == list(names):
         for name, (_, colour) in reversed(LINES.items()):
             for curve in dataset[name].values:
                 ax.plot(*(curve * factors).T, color=colour, lw=1.1, zorder=4)

@@ -15,7 +15,6 @@ from ..errors import InputError, check_integer
 from ..geometry import Numbers, floats, namespace
 from ..programs import program
 from ..robots.robot import Robot, check_turns
-from ..rods.segments import first_length
 from ..rods.solver import Steps
 from ..summary import summary
 from .accuracy import BALANCED, ROUGH, STEPS
@@ -23,7 +22,7 @@ from .continuation import Track
 from .guess import at_rest, detours, from_home, from_neighbour, reaching, search
 from .measures import Measures, measures_with
 from .problem import Problem, forward_rows, imposed_coordinates, imposed_rows
-from .reach import out_of_reach
+from .reach import out_of_reach, used_up
 from .residual import base_wrench, leg_base
 from .roots import find_root
 from .status import SolveError, Status
@@ -275,9 +274,7 @@ def polish(robot, imposed, target, y, outcome, tolerance, branch, steps):
     stayed = jnp.max(jnp.abs(found - guess) / unknown_scales(robot)) < 1e-3
     status = jnp.where((root.status == Status.SOLVED) & ~stayed, Status.LOST, root.status)
     if robot.legs.feed is not None:
-        # Equations go on where nothing is left of a rod, or of its first segment, to draw in.
-        fed = robot.legs.feed * (robot.transmission @ found[: robot.n_a])
-        gone = jnp.any(first_length(robot.legs.rod) + fed <= 0.0)
+        gone = used_up(robot, found[: robot.n_a])
         status = jnp.where((status == Status.SOLVED) & gone, Status.OUT_OF_REACH, status)
     rough = ~(measures.unbalanced <= tolerance)
     status = jnp.where((status == Status.SOLVED) & rough, Status.INACCURATE, status)
@@ -316,16 +313,24 @@ def _check_call(robot: Any, guess: Any, steps: Any) -> None:
     check_turns(robot)
     if steps is not None:
         check_integer("steps", steps)
-    if guess is None:
-        return
-    if not isinstance(guess, Equilibrium):
-        kind = type(guess).__name__
-        raise InputError(f"Argument `guess` must be an Equilibrium, but it is a {kind}.")
-    shapes = (guess.q_a.shape[-1], guess.q_p.shape[-1], *guess.mu.shape[-2:])
+    if guess is not None:
+        check_fits("guess", guess, robot)
+
+
+def check_fits(name: str, equilibrium: Any, robot: Robot) -> None:
+    """Refuses what is no equilibrium, or one of a robot with other motors, legs or platform."""
+    if not isinstance(equilibrium, Equilibrium):
+        kind = type(equilibrium).__name__
+        raise InputError(f"Argument `{name}` must be an Equilibrium, but it is a {kind}.")
+    shapes = (
+        equilibrium.q_a.shape[-1],
+        equilibrium.q_p.shape[-1],
+        *equilibrium.mu.shape[-2:],
+    )
     expected = (robot.n_a, robot.n_p, robot.n, robot.geometry.freedoms)
     if shapes != expected:
         raise InputError(
-            f"Argument `guess` must be an equilibrium of a robot like {robot.name}, but its "
+            f"Argument `{name}` must be an equilibrium of a robot like {robot.name}, but its "
             f"motors, coordinates, legs and wrenches number {shapes} instead of {expected}."
         )
 

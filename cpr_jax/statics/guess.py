@@ -16,6 +16,7 @@ from .continuation import Corrected, Track, follow
 from .correction import settle
 from .energy import potential_energy
 from .linear import solve_with_sign
+from .periods import motor_spans
 from .problem import Problem, forward_rows
 from .residual import residual
 from .status import Status
@@ -225,9 +226,9 @@ def _gap(robot: Robot, y: Float[Array, " n_y"], steps: Steps) -> Float[Array, " 
 def search_starts(robot: Robot, count: int = SEARCH_STARTS) -> Float[Array, "starts n_q"]:
     """Rough configurations that cover what a robot may look like (a Sobol sequence).
 
-    Motors that turn take every angle, motors that slide half a rod length either way; the
-    platform is in the middle of the motors, at most a rod length away, its orientation within
-    half a turn.
+    Motors that turn take every angle, motors that slide half a rod length either way, see
+    `motor_spans`; the platform is in the middle of the motors, at most a rod length away, its
+    orientation within half a turn.
     """
     # Importing it takes half a second, and few robots lack a home configuration.
     from scipy.stats import qmc
@@ -235,7 +236,7 @@ def search_starts(robot: Robot, count: int = SEARCH_STARTS) -> Float[Array, "sta
     units = np.asarray(unknown_scales(robot))[: robot.n_a + robot.n_p]
     unit_cube = qmc.Sobol(units.size, scramble=False).random(count)
     spread = 2.0 * unit_cube - 1.0
-    spread[:, : robot.n_a] *= np.where(units[: robot.n_a] == 1.0, np.pi, 0.5)
+    spread[:, : robot.n_a] *= motor_spans(robot) / units[: robot.n_a]
     spread[:, robot.n_a + robot.geometry.d :] *= np.pi / 2.0
     middle = np.zeros(units.size)
     d = robot.geometry.d

@@ -1,12 +1,14 @@
-"""What a leg can reach."""
+"""What a leg can reach, and how far its rod can be drawn in."""
 
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
+from ..geometry import namespace
 from ..robots.robot import Robot
+from ..rods.segments import first_length
 
 
 def reaches(robot: Robot) -> Float[np.ndarray, " n"]:
@@ -54,3 +56,16 @@ def out_of_reach(
     ends = q_p[:, None, :d] + np.stack(turned, axis=-1)
     ways = np.linalg.norm(ends - np.asarray(robot.legs.base_position), axis=-1)
     return np.any(ways - slack > reaches(robot) * (1.0 + 1e-12), axis=1)
+
+
+def used_up(robot: Robot, q_a: Float[Any, "*cases n_a"]) -> Bool[Any, "*cases"]:
+    """Whether motors have drawn in all of a rod, or of its first segment.
+
+    The equations go on there, with a rod of negative length; the robot does not.
+    """
+    numbers = robot.legs.feed, robot.transmission, first_length(robot.legs.rod)
+    xp = namespace(numbers, q_a)
+    if numbers[0] is None:
+        return xp.zeros(xp.shape(q_a)[:-1], bool)
+    feed, transmission, lengths = (xp.asarray(part) for part in numbers)
+    return xp.any(lengths + feed * (xp.asarray(q_a) @ transmission.T) <= 0.0, axis=-1)

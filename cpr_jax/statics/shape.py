@@ -6,12 +6,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..errors import check_integer
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.equations import RodState
-from ..rods.integration import rod_shape
+from ..rods.integration import DEFAULT_STEPS, rod_shape
 from ..rods.segments import arc_lengths
-from .equilibrium import Equilibrium
+from .equilibrium import Equilibrium, check_fits
 from .residual import leg_base, to_world
 from .unknowns import unravel
 
@@ -37,21 +38,28 @@ class Shape(NamedTuple):
 
 
 def shape(robot: Robot, equilibrium: Equilibrium, points: int = 51) -> Shape:
-    """The shape of each leg at an equilibrium, `points - 1` integration steps a segment."""
-    return _shape(robot, equilibrium.y, points)
+    """The shape of each leg at an equilibrium, at points from both ends of each segment on.
+
+    The integration takes at least `DEFAULT_STEPS` steps a segment, of which points may skip some.
+    """
+    check_fits("equilibrium", equilibrium, robot)
+    check_integer("points", points, least=2)
+    return _shape(robot, equilibrium.y, points, -(-DEFAULT_STEPS // (points - 1)))
 
 
 @program
-def _shape(robot: Robot, y: Float[Array, " n_y"], points: int) -> Shape:
+def _shape(robot: Robot, y: Float[Array, " n_y"], points: int, finer: int) -> Shape:
     geometry = robot.geometry
     state = unravel(robot, y)
 
     def one(leg, q, mu):
         base = leg_base(geometry, leg, q, mu)
-        local = rod_shape(geometry, base.rod, base.force, base.moment, points - 1)
+        steps = (points - 1) * finer
+        local = rod_shape(geometry, base.rod, base.force, base.moment, steps)
+        local = jax.tree.map(lambda leaf: leaf[::finer], local)
         rods = jax.vmap(lambda x: to_world(geometry, base, x))(local)
         joint = rods.position[-1] + jnp.stack(geometry.rotate(rods.rotation[-1], leg.b))
-        s = arc_lengths(base.rod, points - 1)
+        s = arc_lengths(base.rod, steps)[::finer]
         return Shape(s, rods, base.motor, base.joint, joint)
 
     return jax.vmap(one)(robot.legs, robot.transmission @ state.q_a, state.mu)

@@ -9,12 +9,12 @@ from jaxtyping import Float
 from ..analysis.parameters import Selection, select
 from ..analysis.pieces import rods_in_pieces
 from ..analysis.stability import count_unstable
-from ..errors import InputError
+from ..errors import InputError, check_integer
 from ..geometry import floats
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
-from ..statics.equilibrium import Equilibrium
+from ..statics.equilibrium import Equilibrium, check_fits
 from ..statics.problem import Problem, forward_rows
 from ..statics.roots import find_root
 from ..statics.status import SolveError, Status
@@ -76,6 +76,9 @@ def critical_value(
     **Raises:** `InputError` for a bad argument; `SolveError` where the equations can no longer be
     solved, though the branch does not fold back there.
     """
+    check_fits("equilibrium", equilibrium, robot)
+    check_integer("points", points)
+    check_integer("steps", steps)
     if int(equilibrium.status) != Status.SOLVED:
         raise InputError("Argument `equilibrium` must be solved.")
     selection = select(robot, (parameter,), "parameter")

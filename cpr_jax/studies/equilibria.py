@@ -20,6 +20,7 @@ from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.energy import bows_of, integrated, total_energy
 from ..statics.equilibrium import Equilibrium, polish, solve_forward, solve_inverse
+from ..statics.periods import motor_periods, motor_spans
 from ..statics.problem import (
     Problem,
     forward_rows,
@@ -27,9 +28,10 @@ from ..statics.problem import (
     imposed_rows,
     inverse_rows,
 )
+from ..statics.reach import used_up
 from ..statics.roots import find_root
 from ..statics.status import Status
-from ..statics.unknowns import scales, unknown_scales
+from ..statics.unknowns import unknown_scales
 from .parallel import in_parallel, padded
 
 _LANES = 512
@@ -51,7 +53,8 @@ class AllEquilibria(NamedTuple):
 
     **Attributes:**
 
-    - `y`: unknowns `(q_a, q_p, μ)`, motors that turn within half a turn, `(found, n_y)`.
+    - `y`: unknowns `(q_a, q_p, μ)`, motors that turn within half a turn (of their legs, behind
+        gears) unless `q_a` was given, `(found, n_y)`.
     - `energy`: total potential energy, J.
     - `unstable`: number of unstable directions with the motors held; 0 is stable.
     - `bows`: which way and how far each rod bows, `(found, n)`: they name the branch.
@@ -128,10 +131,11 @@ def find_equilibria(
         if int(at_home.status) == Status.SOLVED:
             first = np.concatenate([np.asarray(at_home.y)[None], first])
     y, solved = _newton(problem, first, coarse)
-    distinct, hits = _distinct(_principal(robot, y[solved]), units)
+    distinct, hits = _distinct(_principal(robot, y[solved], places), units)
     for _ in range(_ROUNDS if len(distinct) else 0):
         y, solved = _newton(problem, _recombined(robot, distinct, units, seed), coarse)
-        more, again = _distinct(_principal(robot, np.concatenate([distinct, y[solved]])), units)
+        more = _principal(robot, np.concatenate([distinct, y[solved]]), places)
+        more, again = _distinct(more, units)
         again[: len(distinct)] += hits - 1
         distinct, hits = more, again
     if len(distinct) == 0:
@@ -140,7 +144,7 @@ def find_equilibria(
     y, good, energy, index, bows = (
         np.concatenate(part)[: len(distinct)] for part in zip(*looks, strict=True)
     )
-    y = _principal(robot, y)
+    y = _principal(robot, y, places)
     order = np.argsort(energy[good], kind="stable")
     hits = hits[good]
     once, twice = np.sum(hits == 1), np.sum(hits == 2)
@@ -160,7 +164,7 @@ def _starts(robot: Robot, target, places, units, count: int, seed: int) -> np.nd
     spread = 2.0 * cube - 1.0
     n_a, d = robot.n_a, robot.geometry.d
     n_q = n_a + robot.n_p
-    spread[:, :n_a] *= np.where(units[:n_a] == 1.0, np.pi, 0.5)
+    spread[:, :n_a] *= motor_spans(robot) / units[:n_a]
     spread[:, n_a + d : n_q] *= np.pi
     wrenches = spread[:, n_q:].reshape(count, robot.n, -1)
     wrenches *= np.array(_FORCES)[np.arange(count) % len(_FORCES), None, None]
@@ -195,7 +199,9 @@ def _recombined(robot: Robot, y, units, seed: int) -> np.ndarray:
     wrenches = mixed[:, n_q:].reshape(_MIXED, robot.n, size)
     wrenches = wrenches * rng.uniform(0.5, 5.0, (_MIXED, 1, 1))
     mixed[:, n_q:] = wrenches.reshape(_MIXED, -1)
-    mixed[:, : robot.n_a] += rng.normal(scale=0.5, size=(_MIXED, robot.n_a)) * units[: robot.n_a]
+    periods = motor_periods(robot)
+    aside = np.where(np.isfinite(periods), periods / (4.0 * np.pi), 0.5 * units[: robot.n_a])
+    mixed[:, : robot.n_a] += rng.normal(size=(_MIXED, robot.n_a)) * aside
     mixed[:, n_q:] += rng.normal(size=(_MIXED, robot.n * size)) * units[n_q:]
     return mixed
 
@@ -232,6 +238,8 @@ def _look(problem: Problem, y, steps: int):
         root = find_root(here, y, steps=steps)
         good = root.status == Status.SOLVED
         good &= jnp.max(jnp.abs(root.y - y) / unknown_scales(robot)) < 1e-3
+        if robot.legs.feed is not None:
+            good &= ~used_up(robot, root.y[: robot.n_a])
         rods = integrated(robot, root.y, steps)
         energy, bowed = total_energy(robot, root.y, rods), bows_of(robot, root.y, rods)
         counted = count_unstable(robot, root.y, rods_in_pieces(robot, root.y, steps))
@@ -240,14 +248,12 @@ def _look(problem: Problem, y, steps: int):
     return jax.vmap(one)(y)
 
 
-def _principal(robot: Robot, y: np.ndarray) -> np.ndarray:
-    """The same configurations with motors that turn within half a turn."""
-    turns = np.asarray(scales(robot).motors(robot)) == 1.0
+def _principal(robot: Robot, y: np.ndarray, places: Sequence[int]) -> np.ndarray:
+    """The same configurations with motors within half a period; what is imposed stays as it is."""
+    periods = motor_periods(robot)
+    free = [j for j in range(robot.n_a) if j not in places and np.isfinite(periods[j])]
     y = y.copy()
-    angles = y[:, : robot.n_a]
-    y[:, : robot.n_a] = np.where(
-        turns, angles - 2.0 * np.pi * np.round(angles / 2.0 / np.pi), angles
-    )
+    y[:, free] -= periods[free] * np.round(y[:, free] / periods[free])
     return y
 
 

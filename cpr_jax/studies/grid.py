@@ -74,7 +74,7 @@ def make_grid(
     - `begin`: `(q_a, q_p)`, whose entries off the axes are held where they are imposed.
     - `spacing`: along both axes or along each; by default a hundredth of their units.
     - `box`: lower and upper corner, SI units.
-    - `mirror`: keep only the half where the first coordinate is not negative.
+    - `mirror`: keep only what of it has a first coordinate that is not negative.
     - `refine`: how often the spacing is halved.
     """
     n_a = robot.n_a
@@ -99,7 +99,7 @@ def make_grid(
             f"but it is {box!r}."
         )
     if mirror:
-        corners = np.array([[0.0, corners[0, 1]], corners[1]])
+        corners = np.array([[max(0.0, corners[0, 0]), corners[0, 1]], corners[1]])
     # A box of the user is kept to; one of all within reach is to hold the edge of the workspace.
     inward = 1.0 if box is not None else -1.0
     low, high = corners / strides + 1e-9 * inward * np.array([[-1.0], [1.0]])

@@ -1,7 +1,7 @@
 """A workspace map as one labelled dataset."""
 
 import json
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -125,7 +125,7 @@ def map_dataset(
         ),
         "q_a": entry(cells.q_a, motor_unit, "motor positions", "motor"),
         "q_p": entry(cells.q_p, "m, rad", "platform coordinates", "coordinate"),
-        "mu": entry(cells.mu, "SI", "unknowns of the legs: base wrenches", "leg", "wrench"),
+        "mu": entry(cells.mu, "SI", "unknowns of the legs, see mu_label", "leg", "wrench"),
         "motor_torque": entry(cells.motor_torques, torque_unit, "motor torques", "motor"),
         "energy": entry(cells.energy, "J", "total potential energy"),
         "bow": entry(cells.bows, "1", "which way and how far each rod bows", "leg"),
@@ -161,10 +161,7 @@ def map_dataset(
         coords={
             **coordinates,
             "motor": list(labels[:n_a]),
-            "wrench": [
-                *(f"n_{axis}" for axis in robot.geometry.axes),
-                *(f"m_{axis}" for axis in robot.geometry.rotation_axes),
-            ],
+            **unknowns_of_legs(robot),
             "coordinate": list(labels[n_a : n_a + robot.n_p]),
             "parameter": list(selection.labels),
             "parameter_unit": ("parameter", list(selection.units)),
@@ -179,3 +176,25 @@ def map_dataset(
             "convention": "SI units, world axes",
         },
     )
+
+
+def unknowns_of_legs(robot: Robot) -> dict[str, Any]:
+    """Coordinates that say what `mu` is: label and unit of each unknown of each leg.
+
+    Along `wrench` they are base wrenches in world axes; of robots with passive joints at the base,
+    whose legs have unknowns of their own along the axes of the joints, just counted.
+    """
+    geometry = robot.geometry
+    names = [f"n_{axis}" for axis in geometry.axes]
+    names += [f"m_{axis}" for axis in geometry.rotation_axes]
+    if robot.legs.base_joint is not None:
+        names = [str(k + 1) for k in range(geometry.freedoms)]
+
+    def of_legs(values):
+        return np.array(values[robot.n_a + robot.n_p :]).reshape(robot.n, geometry.freedoms)
+
+    return {
+        "wrench": names,
+        "mu_label": (("leg", "wrench"), of_legs(unknown_labels(robot))),
+        "mu_unit": (("leg", "wrench"), of_legs(unknown_units(robot))),
+    }

@@ -3,7 +3,7 @@
 import enum
 import os
 import pathlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple, TypeVar
 
 import jax
@@ -15,14 +15,14 @@ from tqdm import tqdm
 from ..analysis.ellipsoid import Ellipsoid, ellipsoid
 from ..analysis.expansion import expand
 from ..analysis.parameters import ranges, select
-from ..analysis.sensitivity import Hold, Sensitivity, named, slopes_at
+from ..analysis.sensitivity import Hold, Sensitivity, check_belongs, named, slopes_at
 from ..errors import InputError, check_integer, shown
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..rods.solver import Scheme, checked_scheme
 from ..statics.accuracy import MENU, TOLERANCE, least_scheme
 from ..statics.chord import EXACT
-from ..statics.equilibrium import Equilibrium
+from ..statics.equilibrium import Equilibrium, check_fits
 from ..statics.status import Status
 from ..summary import summary
 from .ahead import compile_study
@@ -47,12 +47,14 @@ class MonteCarlo(NamedTuple):
     - `rho`: parameters, shape `(kept, n_ρ)`.
     - `q_p`: platform coordinates, NaN where not solved, shape `(kept, n_p)`.
     - `status`: `Status` codes, shape `(kept,)`.
-    - `inside`: whether the platform is inside the ellipsoid, shape `(kept,)`.
+    - `inside`: whether the platform is inside the ellipsoid, of a flat one by the directions in
+        which it extends, see `Ellipsoid.covers`, shape `(kept,)`.
     - `samples`, `solved`, `lost`, `failed`: how many in all; solved; without an equilibrium on
-        the branch (beyond a Type 2 singularity); without an answer. Their sum is `samples`.
+        the branch (beyond a Type 2 singularity); without an answer, or with a rod that is drawn in
+        to nothing. Their sum is `samples`.
     - `coverage`: share of all samples inside the ellipsoid; lost samples are not inside.
     - `coverage_interval`: its exact 95 % confidence interval (Clopper–Pearson).
-    - `mean`, `covariance`: of the solved positions.
+    - `mean`, `covariance`: of the solved positions; NaN where there are too few.
     - `followed`: samples whose branch was followed step by step to be sure of it.
     - `scheme`, `error`: the integration steps along each rod and their order, and the estimated
         error of its tip that they leave where the parameters are at the ends of their ranges, in
@@ -108,6 +110,7 @@ def monte_carlo(
     steps: int | Scheme | None = None,
     folder: str | os.PathLike | None = None,
     resume: bool = False,
+    save: Callable[["MonteCarlo"], object] | None = None,
     progress: bool = False,
 ) -> MonteCarlo:
     """Solves the robot for random parameters, with the motors where the equilibrium has them.
@@ -128,6 +131,8 @@ def monte_carlo(
         and their order are chosen, unless `steps` gives them: a `Scheme`, or a number of steps of
         order 10. Root finding ends at a tenth of it, or at 1e-11 if `steps` are given.
     - `folder`: where finished windows are kept while the study runs; `resume`: go on with them.
+    - `save`: is given the outcome before the finished windows are removed, so that nothing is lost
+        if it cannot be written.
     - `progress`: show a progress bar on standard error.
 
     Batches go to all local devices, windows to all processes of `jax.distributed`, of which each
@@ -143,6 +148,7 @@ def monte_carlo(
         )
     if resume and folder is None:
         raise InputError("Argument `folder` must be given to resume a study, but it is None.")
+    check_fits("equilibrium", equilibrium, robot)
     drawn = _option(Distribution, "distribution", distribution)
     predicted = _option(Prediction, "prediction", prediction)
     if int(equilibrium.status) != Status.SOLVED:
@@ -157,6 +163,7 @@ def monte_carlo(
     further = np.asarray(MENU[0] if steps is None else given)
     with compile_study(robot, options, half_ranges):
         slopes = slopes_at(robot, y, selection, DEFAULT_STEPS)
+        check_belongs(robot, equilibrium, slopes.residual)
         Pi_y = slopes.answers[Hold.MOTORS.value].Pi_y
         expansion = expand(robot, selection, y, Pi_y, half_ranges, further)
         # Labels are put together while both run.
@@ -197,8 +204,7 @@ def monte_carlo(
     rho, q_p, status, inside = np.split(
         table[: min(keep, samples)], [n_rho, n_rho + robot.n_p, width - 1], axis=1
     )
-    parts.clear()
-    return MonteCarlo(
+    outcome = MonteCarlo(
         rho=rho,
         q_p=q_p,
         status=status[:, 0].astype(int),
@@ -209,7 +215,7 @@ def monte_carlo(
         failed=samples - total.solved - total.lost,
         coverage=total.inside / samples,
         coverage_interval=clopper_pearson(total.inside, samples),
-        mean=total.mean,
+        mean=total.mean if total.solved else np.full(d, np.nan),
         covariance=total.covariance,
         followed=total.followed,
         scheme=scheme,
@@ -217,6 +223,10 @@ def monte_carlo(
         sensitivity=nominal,
         ellipsoid=ellipse,
     )
+    if save is not None:
+        save(outcome)
+    parts.clear()
+    return outcome
 
 
 def clopper_pearson(hits: int, trials: int) -> tuple[float, float]:

@@ -10,7 +10,9 @@ import jax
 import numpy as np
 
 from ..atomic import write_atomically
-from ..errors import InputError
+from ..errors import InputError, shown
+
+_CONFIGURATION = "configuration.json"
 
 
 class Parts:
@@ -23,22 +25,30 @@ class Parts:
 
     - `folder`: where the parts are, or `None` to keep nothing.
     - `configuration`: what decides every number of the run.
-    - `resume`: go on with the parts that are there; without it they must be of no other run, and
-        are removed.
+    - `resume`: go on with the parts that are there; without it those of an earlier run are removed.
+    - `field`: the argument that gave the folder, for errors to name.
+
+    **Raises:** `InputError` where the parts are of another run, or the folder holds something else:
+    what was not written here is not touched.
     """
 
     def __init__(
-        self, folder: pathlib.Path | None, configuration: dict[str, Any], resume: bool
+        self,
+        folder: pathlib.Path | None,
+        configuration: dict[str, Any],
+        resume: bool,
+        field: str = "folder",
     ) -> None:
         self.folder = folder
         self.known = 0
         if folder is None:
             return
         text = json.dumps(configuration, indent=2, sort_keys=True)
-        path = folder / "configuration.json"
+        path = folder / _CONFIGURATION
         if resume and path.exists():
             _compare(json.loads(path.read_text()), json.loads(text), folder)
         else:
+            _refuse_others(folder, field)
             self.clear()
             write_atomically(path, lambda file: file.write_text(text + "\n"))
 
@@ -74,9 +84,33 @@ class Parts:
         """Removes all parts and what an interrupted write has left."""
         if self.folder is None or not self.folder.exists():
             return
+        left = [path for path in self.folder.iterdir() if not _is_own(path)]
         for path in self.folder.iterdir():
-            path.unlink()
-        self.folder.rmdir()
+            if _is_own(path):
+                path.unlink()
+        if not left:
+            self.folder.rmdir()
+
+
+def _is_own(path: pathlib.Path) -> bool:
+    """Whether a file has a name that parts have, or what an interrupted write leaves."""
+    interrupted = path.name.startswith(".") and path.suffix == ".part"
+    return path.is_file() and (path.name == _CONFIGURATION or path.suffix == ".npz" or interrupted)
+
+
+def _refuse_others(folder: pathlib.Path, field: str) -> None:
+    if not folder.exists():
+        return
+    if not folder.is_dir():
+        raise InputError(f"Argument `{field}` must leave {folder} to a folder, but it is a file.")
+    written = (folder / _CONFIGURATION).exists()
+    others = [path.name for path in folder.iterdir() if not _is_own(path)]
+    others += [path.name for path in folder.glob("*.npz") if not written]
+    if others:
+        raise InputError(
+            f"Argument `{field}` must leave {folder} to the parts of a run, but it holds "
+            f"{shown(min(others))}, which is none."
+        )
 
 
 def _checksum(arrays: dict[str, np.ndarray]) -> str:

@@ -18,6 +18,7 @@ from ..robots.robot import Robot
 from ..statics.chord import chord_corrector
 from ..statics.continuation import Jet, follow
 from ..statics.linear import solve_with_sign
+from ..statics.reach import used_up
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
 from .chord import ChordIteration
@@ -116,10 +117,19 @@ def solve_window(
 
     # Apart: many studies need no sample followed, and are spared the compilation.
     in_parallel(along, _batches(np.flatnonzero(followed[:count])))
+    if study.robot.legs.feed is not None:
+        gone = np.asarray(_used_up(study, options, rho))
+        status[gone & (status == Status.SOLVED)] = Status.OUT_OF_REACH
 
     unsolved = status != Status.SOLVED
     q_p[unsolved], inside[unsolved] = np.nan, False
     return Samples(*(part[:count] for part in (rho, q_p, status, inside, followed)))
+
+
+@program
+def _used_up(study: Study, options: Options, rho):
+    robot, q_a = study.robot, study.y[: study.robot.n_a]
+    return jax.vmap(lambda one: used_up(options.selection.set(robot, one), q_a))(rho)
 
 
 def compile_samples(study: Study, options: Options, ellipse: Ellipsoid) -> None:
@@ -213,4 +223,4 @@ def _end(study: Study, ellipse: Ellipsoid, y):
     """The platform, and whether it is inside."""
     robot = study.robot
     q_p = (y * unknown_scales(robot)[robot.n_a :])[: robot.n_p]
-    return q_p, ellipse.contains(q_p[: ellipse.center.size])
+    return q_p, ellipse.covers(q_p[: ellipse.center.size])

@@ -6,6 +6,7 @@ import jax
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..analysis.parameters import Selection
 from ..programs import program
 from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium, base_wrenches
@@ -13,20 +14,33 @@ from ..statics.status import Status
 from ..statics.unknowns import unknown_scales, unravel
 from .follower import Follower
 from .grid import Grid
+from .limits import Limits
 
 _ALIKE = 1e-7
 """Wrenches and poses that differ by less, relatively, are the same."""
 
 
 def is_mirror_symmetric(
-    follower: Follower, seed: Equilibrium, grid: Grid, imposed: Sequence[int]
+    follower: Follower,
+    seed: Equilibrium,
+    grid: Grid,
+    imposed: Sequence[int],
+    selection: Selection | None = None,
+    delta: Float[np.ndarray, " n_rho"] | None = None,
+    limits: Limits | None = None,
 ) -> bool:
     """Whether a branch is mirrored where the first coordinate of a map turns its sign.
 
     Judged by what the robot does rather than by how it is described: the branch is followed to
     two mirrored points, where the base wrenches of the legs must be mirror images, pair by pair.
     Maps whose first coordinate is a rotation, or that reach further to one side, count as not
-    symmetric.
+    symmetric; nor do those of a robot whose parameters vary otherwise on one side, or whose motors
+    are limited and not at the same positions on both.
+
+    **Arguments:**
+
+    - `selection`, `delta`: the parameters that vary and their half ranges, if any do.
+    - `limits`: of the motors and rods, if there are any.
     """
     robot = follower.robot
     geometry, n_a = robot.geometry, robot.n_a
@@ -59,12 +73,32 @@ def is_mirror_symmetric(
         return False
     mirrored = left * np.concatenate([vectors, turns])
     size = np.max(np.abs(right))
-    free = list(range(robot.n))
+    free, twins = list(range(robot.n)), []
     for wrench in mirrored:
         gaps = [np.max(np.abs(wrench - right[k])) for k in free]
         if min(gaps) > _ALIKE * size:
             return False
-        free.pop(int(np.argmin(gaps)))
+        twins.append(free.pop(int(np.argmin(gaps))))
+    if limits is not None and limits.motors is not None:
+        motors = np.sort([part[:n_a] / units[:n_a] for part in y], axis=1)
+        if np.max(np.abs(motors[1] - motors[0])) > _ALIKE:
+            return False
+    return selection is None or _vary_alike(robot, selection, delta, twins)
+
+
+def _vary_alike(robot: Robot, selection: Selection, delta, twins: Sequence[int]) -> bool:
+    """Whether each number of a leg varies as much as that of the leg on the other side."""
+    known = {}
+    for entry, half_range in zip(selection.entries, delta, strict=True):
+        known[entry.path, entry.place(robot), entry.reciprocal] = half_range
+    for (path, index, reciprocal), half_range in known.items():
+        if path in ("f_P", "m_P") or half_range == 0.0:
+            continue
+        if not path.startswith("legs."):
+            return False
+        twin = known.get((path, (twins[index[0]], *index[1:]), reciprocal), np.nan)
+        if not abs(twin - half_range) <= _ALIKE * half_range:
+            return False
     return True
 
 

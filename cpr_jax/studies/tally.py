@@ -28,7 +28,8 @@ class Tally(NamedTuple):
 
     @property
     def covariance(self) -> Float[np.ndarray, "d d"]:
-        return self.scatter / max(self.solved - 1, 1)
+        """Of the solved positions; NaN where there are fewer than two."""
+        return self.scatter / (self.solved - 1 if self.solved > 1 else np.nan)
 
     def row(self) -> Float[np.ndarray, " numbers"]:
         """All numbers in one array; counts below 2⁵³ keep every digit."""

@@ -13,6 +13,7 @@ from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium, solve_inverse
 from ..statics.problem import coordinate_places, imposed_coordinates
 from ..statics.status import Status
+from ..statics.unknowns import unknown_units
 from .results import save_dataset
 from .workspace import workspace_map
 
@@ -87,7 +88,7 @@ def workspace_volume(
         if int(found.status) != Status.SOLVED:
             continue
         starts[k] = found
-        place = None if folder is None else folder / f"slice-{k:04}"
+        place = None if folder is None else _slice(folder, k)
         slices[k] = workspace_map(
             robot, found, axes=(axes[0], axes[1]), imposed=imposed, out=place, **options
         )
@@ -95,17 +96,24 @@ def workspace_volume(
         raise InputError(
             "Argument `heights` must hold a value that the branch reaches, but none is reached."
         )
-    dataset = _stacked(slices, values, axes[2])
+    dataset = _stacked(slices, values, axes[2], unknown_units(robot)[third])
     if folder is not None:
         save_dataset(dataset, folder / "volume.nc")
+        for k in slices:
+            (_slice(folder, k) / "map.nc").unlink()
+            _slice(folder, k).rmdir()
     return dataset
+
+
+def _slice(folder: pathlib.Path, k: int) -> pathlib.Path:
+    return folder / f"slice-{k:04}"
 
 
 _FILL = {"status": int(Status.BEYOND_FOLD), "index": -1, "branch": -1}
 """What integers say where there is no slice."""
 
 
-def _stacked(slices: dict[int, xr.Dataset], values: np.ndarray, axis: str) -> xr.Dataset:
+def _stacked(slices: dict[int, xr.Dataset], values: np.ndarray, axis: str, unit: str) -> xr.Dataset:
     """All slices along a new first dimension; those that are missing say why."""
     model = next(iter(slices.values()))
     variables: dict[str, Any] = {"delta": model["delta"]}
@@ -123,7 +131,8 @@ def _stacked(slices: dict[int, xr.Dataset], values: np.ndarray, axis: str) -> xr
         variables[str(name)] = ((axis, *model[name].dims), full, model[name].attrs)
     attributes = {**model.attrs, "held": json.dumps(_held(model, axis))}
     del attributes["configuration"]
-    return xr.Dataset(variables, {**model.coords, axis: values}, attributes)
+    third = axis, values, {"units": unit, "long_name": f"platform coordinate {axis}"}
+    return xr.Dataset(variables, {**model.coords, axis: third}, attributes)
 
 
 def _held(model: xr.Dataset, axis: str) -> dict[str, float]:

@@ -16,7 +16,7 @@ from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium, solve_inverse
 from ..statics.problem import imposed_coordinates, imposed_rows
-from ..statics.reach import out_of_reach
+from ..statics.reach import out_of_reach, used_up
 from ..statics.roots import TOLERANCE
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
@@ -82,7 +82,7 @@ def workspace_map(
     - `imposed`: names of the coordinates that the motors impose, the axes among them, as in
         `solve_inverse`; by default all of the platform's. What is not imposed follows freely.
     - `symmetry`: map only the half with a first coordinate from 0 on; by default where the robot
-        is its own mirror image.
+        is its own mirror image, and so are its ranges and limits.
     - `parameters`, `delta`: as in `sensitivity`.
     - `limits`: see `Limits`.
     - `out`: folder for `map.nc`, and for the finished parts of a run that is interrupted.
@@ -129,7 +129,8 @@ def workspace_map(
             seed = solve_inverse(robot, begin[list(places)], imposed=imposed, steps=steps)
         ahead.wait("follow")
         if symmetry is None:
-            symmetry = box is None and is_mirror_symmetric(follower, seed, grid, places)
+            uncertain = selection, np.asarray(half_ranges), limits
+            symmetry = box is None and is_mirror_symmetric(follower, seed, grid, places, *uncertain)
         begin = np.concatenate([seed.q_a, seed.q_p])
         grid = make_grid(robot, begin, spacing, corners, axes, symmetry, refine)
         configuration = _configuration(
@@ -139,7 +140,8 @@ def workspace_map(
             finished = _finished(folder / "map.nc", configuration)
             if finished is not None:
                 return finished
-        parts = Parts(None if folder is None else folder / "parts", configuration, resume)
+        place = None if folder is None else folder / "parts"
+        parts = Parts(place, configuration, resume, "out")
         job = Job(
             robot,
             seed,
@@ -231,10 +233,12 @@ def _map(job: Job, bar: tqdm) -> xr.Dataset:
     far = out_of_reach(robot, targets, imposed).reshape(grid.shape)
     status[far] = Status.OUT_OF_REACH
     # What polishing does not bring below the tolerance is no solution, and does not look like one.
-    polished = cells.residual < TOLERANCE
-    status[solved] = np.where(polished, Status.SOLVED, Status.NOT_CONVERGED)
-    solved[solved] = polished
-    cells = Cell(*(leaf[polished] for leaf in cells))
+    gone = used_up(robot, y[solved][:, : robot.n_a])
+    ended = np.where(cells.residual < TOLERANCE, int(Status.SOLVED), int(Status.NOT_CONVERGED))
+    status[solved] = np.where(gone, int(Status.OUT_OF_REACH), ended)
+    kept = status[solved] == Status.SOLVED
+    solved[solved] = kept
+    cells = Cell(*(leaf[kept] for leaf in cells))
     if limits is not None:
         status[solved] = np.where(limits.beyond(cells), Status.BEYOND_LIMITS, Status.SOLVED)
     stands_for, levels = representatives(front, wanted)

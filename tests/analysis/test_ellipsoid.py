@@ -42,6 +42,25 @@ def test_one_parameter_makes_a_flat_ellipse(robot, equilibria):
     assert not bool(ellipse.contains(aside))
 
 
+def test_a_flat_ellipse_covers_by_the_directions_it_has(robot, equilibria):
+    flat = cpr.ellipsoid(cpr.sensitivity(robot, equilibria[0.06, 0.15], ["k_b1"]))
+    along, across = np.asarray(flat.directions) * float(flat.semi_axes[0])
+    points = flat.center + np.array([0.5 * along + 0.1 * across, 1.1 * along, np.nan * along])
+    np.testing.assert_array_equal(flat.covers(points), [True, False, False])
+    np.testing.assert_array_equal(flat.contains(points), [False] * 3)
+    whole = cpr.ellipsoid(cpr.sensitivity(robot, equilibria[0.06, 0.15]))
+    near = whole.center + np.random.default_rng(0).normal(scale=whole.semi_axes[0], size=(99, 2))
+    np.testing.assert_array_equal(whole.covers(near), whole.contains(near))
+
+
+def test_no_rows_and_no_boundary_are_named(robot, equilibria):
+    result = cpr.sensitivity(robot, equilibria[0.06, 0.15])
+    with pytest.raises(cpr.InputError, match="`rows`"):
+        cpr.ellipsoid(result, ())
+    with pytest.raises(cpr.InputError, match="has 3: q1, p_P_y, p_P_z"):
+        cpr.ellipsoid(result, ("q1", "p_P")).boundary()
+
+
 def test_nan_is_not_inside(robot, equilibria):
     ellipse = cpr.ellipsoid(cpr.sensitivity(robot, equilibria[0.06, 0.15]))
     assert not bool(ellipse.contains(jnp.full(2, jnp.nan)))

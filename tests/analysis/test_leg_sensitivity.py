@@ -45,6 +45,25 @@ def test_along_the_leg(robot, equilibria, leg):
     np.testing.assert_allclose(result.Pi / scale, expected / scale, atol=1e-7)
 
 
+def test_points_are_for_looking_and_not_for_accuracy(robot, equilibria):
+    nominal = equilibria[0.06, 0.15]
+    fine = cpr.leg_sensitivity(robot, nominal, 1, points=41)
+    for points in (2, 3, 5):
+        few = cpr.leg_sensitivity(robot, nominal, 1, points=points)
+        every = 40 // (points - 1)
+        np.testing.assert_allclose(few.s, fine.s[::every], rtol=1e-14)
+        scale = np.max(np.abs(fine.Pi), axis=(0, 1))
+        np.testing.assert_allclose(few.Pi / scale, fine.Pi[::every] / scale, atol=1e-8)
+        shape, smooth = (cpr.shape(robot, nominal, k) for k in (points, 41))
+        np.testing.assert_allclose(
+            shape.rods.position, smooth.rods.position[:, ::every], atol=1e-10
+        )
+        np.testing.assert_allclose(shape.s, smooth.s[:, ::every], rtol=1e-14)
+    for look in (cpr.leg_sensitivity, lambda *args, **points: cpr.shape(*args[:2], **points)):
+        with pytest.raises(ValueError, match="`points` must be an integer from 2"):
+            look(robot, nominal, 1, points=1)
+
+
 def test_leg_must_exist(robot, equilibria):
     with pytest.raises(ValueError, match="`leg` must be between 1 and 2"):
         cpr.leg_sensitivity(robot, equilibria[0.0, 0.2], 3)

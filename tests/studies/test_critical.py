@@ -68,6 +68,12 @@ def test_mistakes_are_named(compressed, parameter, stop, named):
         critical_value(*compressed, parameter, stop)
 
 
+@pytest.mark.parametrize("points", [0, -5, 2.5])
+def test_points_are_counted(compressed, points):
+    with pytest.raises(InputError, match="`points` must be a positive integer"):
+        critical_value(*compressed, "f_P_z", -3.0, points=points)
+
+
 @pytest.fixture(scope="module")
 def paper():
     return cpr.rfrfr()

@@ -1,5 +1,7 @@
 """All equilibria at a point, beside an independent solver."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -83,6 +85,30 @@ def test_forward_solutions(robot, found):
     gaps = np.max(np.abs(forward.y - y), axis=1)
     assert np.min(gaps) < 1e-9
     np.testing.assert_allclose(inverse(straight(), forward.y[0][2:4], forward.y[0]), forward.y[0])
+
+
+def test_motors_beyond_half_a_turn_are_held_where_they_are(robot, found):
+    y = np.array(found.y[2])
+    y[0] += 2.0 * np.pi
+    forward = find_equilibria(robot, q_a=y[:2], starts=1024)
+    np.testing.assert_allclose(forward.y[:, :2], np.tile(y[:2], (len(forward.y), 1)), atol=1e-12)
+    assert np.min(np.max(np.abs(forward.y - y), axis=1)) < 1e-9
+
+
+def test_a_gear_changes_motors_and_nothing_else():
+    """Behind a gear of two to one, a motor turns twice as far to the same configurations."""
+    direct = cpr.rfrfr()
+    twice = 2.0 * direct.home.q_a
+    legs = dataclasses.replace(direct.legs, screw=0.5 * direct.legs.screw)
+    geared = dataclasses.replace(
+        direct, legs=legs, home=dataclasses.replace(direct.home, q_a=twice)
+    )
+    ones, others = (find_equilibria(r, (0.03, 0.2)) for r in (direct, geared))
+    assert len(ones.y) == len(others.y)
+    np.testing.assert_allclose(others.energy, ones.energy, rtol=1e-9)
+    np.testing.assert_allclose(others.y[:, 2:], ones.y[:, 2:], atol=1e-7)
+    turned = np.sin(others.y[:, :2] / 2.0 - ones.y[:, :2])
+    np.testing.assert_allclose(turned, 0.0, atol=1e-7)
 
 
 def test_the_branch_of_the_home_is_found_however_few_the_starts():

@@ -25,3 +25,12 @@ def test_a_box_is_kept_to():
     np.testing.assert_allclose(grid.box, [[-0.01, 0.1], [0.03, 0.2]], atol=1e-12)
     half = make_grid(rfrfr(), np.zeros(4), 0.01, box, mirror=True)
     assert half.box[0, 0] == 0.0
+
+
+@pytest.mark.parametrize("low", [-0.2, 0.05])
+def test_half_of_a_box_stays_within_it(low):
+    robot = rfrfr()
+    begin = np.concatenate([robot.home.q_a, robot.home.q_p])
+    box = np.array([[low, 0.1], [0.3, 0.2]])
+    grid = make_grid(robot, begin, 0.01, box, mirror=True)
+    np.testing.assert_allclose(grid.box, [[max(low, 0.0), 0.1], [0.3, 0.2]], atol=1e-12)

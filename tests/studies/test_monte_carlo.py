@@ -7,9 +7,11 @@ import pytest
 from scipy.stats import binomtest
 
 import cpr_jax as cpr
-from cpr_jax.analysis.ellipsoid import LINEAR_COVERAGE
+from cpr_jax.analysis.ellipsoid import LINEAR_COVERAGE, linear_coverage
+from cpr_jax.errors import InputError
 from cpr_jax.studies.monte_carlo import clopper_pearson
 from cpr_jax.studies.paper import POINTS
+from cpr_jax.studies.tally import merged
 
 from ..oracles import planar_shooting
 
@@ -48,6 +50,49 @@ def test_samples_solve_the_independent_model(robot, equilibria, studies):
         oracle = planar_shooting.PlanarRobot(k_b=(k_1, k_2), curvature=(1 / r_1, 1 / r_2))
         y = planar_shooting.forward(oracle, q_a, start)
         np.testing.assert_allclose(study.q_p[k], y[2:4], atol=1e-8)
+
+
+def test_one_parameter_has_the_coverage_of_a_line(robot, equilibria):
+    """Its platforms lie on a curve; along the line that linear theory has, 99.73 % are inside."""
+    study = cpr.monte_carlo(
+        robot, equilibria["A"], 20_000, parameters=["k_b1"], delta={"k_b1": 1e-4}
+    )
+    low, high = study.coverage_interval
+    assert low < linear_coverage(1) < high
+    away = np.abs(study.rho[:, 0] - float(study.sensitivity.rho[0])) / 1e-4
+    clear = np.abs(away - 1.0) > 0.02
+    np.testing.assert_array_equal(study.inside[clear], away[clear] < 1.0)
+
+
+def test_moments_of_nothing_are_unknown():
+    nothing = merged([], 2)
+    assert np.all(np.isnan(nothing.covariance))
+    one = nothing._replace(solved=1)
+    assert np.all(np.isnan(one.covariance))
+
+
+def test_an_equilibrium_of_another_robot_is_refused(robot, equilibria):
+    longer = cpr.rfrfr(l=0.26)
+    for study in (cpr.monte_carlo, cpr.sensitivity):
+        with pytest.raises(InputError, match="`equilibrium` must be one of"):
+            study(longer, equilibria["A"])
+        with pytest.raises(InputError, match="`equilibrium` must be an equilibrium of a robot"):
+            study(cpr.three_rfr(), equilibria["A"])
+
+
+def test_windows_are_there_until_the_outcome_is_saved(robot, equilibria, tmp_path):
+    def fail(study):
+        raise OSError("disk full")
+
+    arguments = {"samples": 300, "folder": tmp_path / "run"}
+    with pytest.raises(OSError, match="disk full"):
+        cpr.monte_carlo(robot, equilibria["A"], **arguments, save=fail)
+    kept = sorted(path.name for path in (tmp_path / "run" / "parts-0").iterdir())
+    assert kept == ["configuration.json", "window-000000000000.npz"]
+    saved = []
+    study = cpr.monte_carlo(robot, equilibria["A"], **arguments, resume=True, save=saved.append)
+    assert saved == [study]
+    assert not (tmp_path / "run" / "parts-0").exists()
 
 
 def test_lost_samples_are_counted_apart(studies):

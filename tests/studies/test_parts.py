@@ -43,6 +43,34 @@ def test_without_resume_old_parts_are_gone(tmp_path):
     assert fresh.load("one") is None
 
 
+@pytest.mark.parametrize("name", ["bracket.step", "arrays.npz", "drawings/a.txt"])
+@pytest.mark.parametrize("resume", [False, True])
+def test_files_of_others_are_not_touched(tmp_path, name, resume):
+    place = tmp_path / "parts" / name
+    place.parent.mkdir(parents=True)
+    place.write_text("mine")
+    with pytest.raises(
+        InputError, match=f"`out` .*{place.relative_to(tmp_path / 'parts').parts[0]}"
+    ):
+        Parts(tmp_path / "parts", {}, resume, "out")
+    assert place.read_text() == "mine"
+
+
+def test_a_file_in_the_place_of_the_folder_is_named(tmp_path):
+    (tmp_path / "parts").write_text("mine")
+    with pytest.raises(InputError, match="it is a file"):
+        Parts(tmp_path / "parts", {}, resume=False)
+
+
+def test_what_is_put_beside_parts_outlives_them(tmp_path):
+    parts = Parts(tmp_path / "parts", {}, resume=False)
+    parts.save("one", ARRAYS)
+    (tmp_path / "parts" / "notes.txt").write_text("mine")
+    (tmp_path / "parts" / ".abc.part").write_text("interrupted")
+    parts.clear()
+    assert [path.name for path in (tmp_path / "parts").iterdir()] == ["notes.txt"]
+
+
 def test_without_a_folder_nothing_is_kept():
     parts = Parts(None, {}, resume=False)
     parts.save("one", ARRAYS)

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 import cpr_jax as cpr
+from cpr_jax.analysis.parameters import select
 from cpr_jax.statics.problem import imposed_coordinates, imposed_rows
 from cpr_jax.studies.follower import Follower
 from cpr_jax.studies.grid import make_grid
 from cpr_jax.studies.symmetry import is_mirror_symmetric
 
 
-def judged(robot, imposed=None, names=None, box=None, target=None):
+def judged(robot, imposed=None, names=None, box=None, target=None, delta=None, limits=None):
     """What a map of the robot would take it for."""
     target = robot.home.q_p if target is None else np.asarray(target)
     seed = cpr.solve_inverse(robot, target, imposed=imposed)
@@ -18,7 +19,8 @@ def judged(robot, imposed=None, names=None, box=None, target=None):
     grid = make_grid(robot, begin, None, box, names)
     places = imposed_coordinates(robot, imposed)
     follower = Follower(robot, imposed_rows(robot, places), grid.axes, 20)
-    return is_mirror_symmetric(follower, seed, grid, places)
+    varied = () if delta is None else (select(robot, tuple(delta)), np.array([*delta.values()]))
+    return is_mirror_symmetric(follower, seed, grid, places, *(varied or (None, None)), limits)
 
 
 def held_body(f_P=(0.0, -0.3), k_b=(0.0183, 0.0183)):
@@ -78,6 +80,41 @@ def test_of_a_body(body):
 def test_other_axes_than_the_mirrors(body):
     assert not judged(body, names=("z", "y"))
     assert not judged(body, names=("phi_P_x", "y"))
+
+
+@pytest.mark.parametrize(
+    ("delta", "symmetric"),
+    [
+        ({"k_b1": 1e-3, "k_b2": 1e-3}, True),
+        ({"k_b1": 1e-3, "k_b2": 2e-3}, False),
+        ({"k_b1": 1e-3, "r_c2": 1e-2}, False),
+        ({"k_b1": 1e-3}, False),
+        ({"k_b1": 0.0, "f_P_y": 0.1}, True),
+        ({"base1_y": 1e-3, "base2_y": 1e-3, "base3_z": 1e-3}, True),
+        ({"base3_z": 1e-3, "base1_z": 1e-3}, False),
+    ],
+    ids=str,
+)
+def test_ranges_are_mirrored_too(body, delta, symmetric):
+    assert judged(body, delta=delta) == symmetric
+
+
+def test_limits_of_motors_are_mirrored_where_motors_are(body):
+    """Cranks stand at mirrored angles, sliding motors at equal positions."""
+    limits = cpr.Limits(motors=(0.0, 3.0))
+    assert not judged(body, limits=limits)
+    assert judged(body, limits=cpr.Limits(torque=0.3))
+
+
+def test_a_map_of_uneven_ranges_has_both_halves():
+    """The half that a map of even ranges leaves out differs from the other one."""
+    robot, labels = cpr.rfrfr(), ("k_b1", "r_c1")
+    uneven = cpr.workspace_map(robot, spacing=0.06, parameters=labels)
+    assert float(uneven.y[0]) < 0.0
+    axes = uneven["semi_axis_max"].values
+    both = np.isfinite(axes) & np.isfinite(axes[::-1])
+    assert np.max(np.abs(axes / axes[::-1] - 1.0)[both]) > 0.1
+    assert float(cpr.workspace_map(robot, spacing=0.06).y[0]) == 0.0
 
 
 @pytest.mark.parametrize(("k_b", "symmetric"), [(0.0183, True), ((0.0183, 0.0184), False)])

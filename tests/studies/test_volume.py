@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import cpr_jax as cpr
 from cpr_jax.statics.status import Status
@@ -16,9 +17,28 @@ def robot():
 
 
 @pytest.fixture(scope="module")
-def volume(robot):
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("volume")
+
+
+@pytest.fixture(scope="module")
+def volume(robot, folder):
     """Two slices within reach and one beyond it."""
-    return cpr.workspace_volume(robot, [0.26, 0.28, 0.5], imposed=IMPOSED, box=BOX, spacing=0.01)
+    return cpr.workspace_volume(
+        robot, [0.26, 0.28, 0.5], imposed=IMPOSED, box=BOX, spacing=0.01, out=folder
+    )
+
+
+def test_one_file_is_left_with_all_units(volume, folder):
+    assert [path.name for path in folder.iterdir()] == ["volume.nc"]
+    with xr.open_dataset(folder / "volume.nc", engine="h5netcdf") as stored:
+        xr.testing.assert_identical(stored.load()["q_p"], volume["q_p"])
+        for axis in "xyz":
+            assert stored[axis].attrs["units"] == "m"
+    for cut, labels in ((volume.isel(y=0), ("z", "x")), (volume.isel(z=0), ("x", "y"))):
+        ax = cpr.plot_map(cut)
+        for label, name in zip((ax.get_xlabel(), ax.get_ylabel()), labels, strict=True):
+            assert name in label and "(mm)" in label
 
 
 def test_each_slice_belongs_to_its_height(robot, volume):

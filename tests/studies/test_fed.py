@@ -1,0 +1,67 @@
+"""Rods that motors draw in to nothing: every study says so, as single solves do."""
+
+import jax
+import numpy as np
+import pytest
+
+import cpr_jax as cpr
+from cpr_jax.analysis.parameters import select
+from cpr_jax.statics.status import Status
+
+
+@pytest.fixture(scope="module")
+def robot():
+    """Two rods that are pushed through their bases; their first 20 mm are a segment."""
+
+    def leg(side, angle):
+        parts = [cpr.kirchhoff_rod(cpr.PLANE, length, 0.0183, side) for length in (0.02, 0.23)]
+        rod = cpr.segmented_rod(parts)
+        at = side * 0.1, 0.0
+        return cpr.make_leg(cpr.PLANE, at, rod, base_rotation=[angle], screw=np.zeros(3), feed=1.0)
+
+    return cpr.make_robot(
+        cpr.PLANE,
+        [leg(-1.0, 2.0), leg(1.0, np.pi - 2.0)],
+        oriented=False,
+        f_P=(0.0, 0.5),
+        home=((0.0, 0.0), (0.0, 0.2)),
+        uncertainty={"l1_1": 3e-3, "l2_1": 3e-3},
+        name="fed",
+    )
+
+
+def test_a_map_ends_where_a_rod_does(robot):
+    grid = cpr.workspace_map(robot, spacing=0.02, box=((-0.02, 0.14), (0.02, 0.24)))
+    column = grid.sel(y=0.0, method="nearest")
+    seen = set()
+    for z, status in zip(column.z.values, column.status.values, strict=True):
+        alone = cpr.solve_inverse(robot, (0.0, float(z)), throw=False)
+        assert int(status) == int(alone.status), z
+        seen.add(int(status))
+    assert seen == {Status.SOLVED, Status.OUT_OF_REACH}
+    drawn_in = np.asarray(column.q_a)[column.status.values == Status.SOLVED]
+    assert np.all(drawn_in > -0.02)
+
+
+def test_no_equilibrium_has_a_rod_of_negative_length(robot):
+    found = cpr.find_equilibria(robot, (0.0, 0.21), starts=512)
+    assert len(found.y) > 0
+    assert np.all(found.y[:, : robot.n_a] > -0.02)
+    for k in range(len(found.y)):
+        assert int(found.equilibrium(robot, k).status) == Status.SOLVED
+
+
+def test_samples_without_a_rod_have_no_platform(robot):
+    """Where a millimetre is left, some of the samples have nothing left to draw in."""
+    equilibrium = cpr.solve_inverse(robot, (0.0, 0.1885))
+    study = cpr.monte_carlo(robot, equilibrium, 400)
+    selection = select(robot, ("l1_1", "l2_1"))
+    gone = np.any(study.rho + np.asarray(equilibrium.q_a) <= 0.0, axis=1)
+    assert 20 < np.sum(gone) < 380
+    np.testing.assert_array_equal(study.status == Status.OUT_OF_REACH, gone)
+    assert study.failed == np.sum(gone)
+    assert np.all(np.isnan(study.q_p[gone]))
+    assert not np.any(study.inside[gone])
+    first = selection.set(robot, jax.numpy.asarray(study.rho[np.argmax(gone)]))
+    alone = cpr.solve_forward(first, equilibrium.q_a, throw=False)
+    assert int(alone.status) == Status.OUT_OF_REACH
