@@ -49,6 +49,7 @@ from .robots.leg import Leg as Leg
 from .robots.leg import make_leg as make_leg
 from .robots.leg import prismatic_screw as prismatic_screw
 from .robots.leg import revolute_screw as revolute_screw
+from .robots.robot import Home as Home
 from .robots.robot import Robot as Robot
 from .robots.robot import in_space as in_space
 from .robots.robot import make_robot as make_robot

@@ -35,6 +35,17 @@ def check_positive(name: str, value: Any, or_zero: bool = False) -> None:
         raise InputError(f"Argument `{name}` must {expected}, but it is {shown(value)}.")
 
 
+def check_between(name: str, value: Any, low: float, high: float) -> None:
+    """Refuses numbers outside of bounds, or at the lower one; traced ones are not known."""
+    if not _is_traced(value) and not np.all(
+        (low < np.asarray(value)) & (np.asarray(value) <= high)
+    ):
+        raise InputError(
+            f"Argument `{name}` must be greater than {low:g} and at most {high:g}, but it is "
+            f"{shown(value)}."
+        )
+
+
 def check_finite(name: str, value: Any) -> None:
     """Refuses numbers that are infinite or NaN; traced ones are not known."""
     if not _is_traced(value) and not np.all(np.isfinite(np.asarray(value, float))):

@@ -25,6 +25,11 @@ def summary(result: Any, title: str, **lines: Any) -> str:
     return "\n".join(shown)
 
 
+def in_notebook(self: Any, printer: Any, cycle: bool) -> None:
+    """`_repr_pretty_` of what has a summary: a cell of a notebook shows it as `print` does."""
+    printer.text(str(self))
+
+
 def _numbers(value: Any) -> str:
     array = np.asarray(value)
     if array.ndim == 0:

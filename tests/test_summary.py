@@ -59,3 +59,24 @@ def test_sensitivity_ellipsoid_and_study(robot, equilibrium):
     study = cpr.monte_carlo(robot, equilibrium, samples=100)
     assert str(study).startswith("Monte Carlo study of 100 samples: 100 solved, 0 lost, 0 failed")
     assert numbers(str(study), "coverage")[0] == pytest.approx(study.coverage)
+
+
+def test_stability_and_mobility(robot, equilibrium):
+    stability = cpr.stability(robot, equilibrium)
+    assert numbers(str(stability), "index") == [0.0]
+    mobility = cpr.mobility(robot, equilibrium)
+    expected = np.ravel(mobility.jacobian)[:2]
+    np.testing.assert_allclose(numbers(str(mobility), "jacobian")[:2], expected, rtol=1e-5)
+
+
+def test_a_notebook_shows_what_print_shows(robot, equilibrium):
+    class Printer:
+        def text(self, text):
+            self.shown = text
+
+    sensitivity = cpr.sensitivity(robot, equilibrium)
+    study = cpr.monte_carlo(robot, equilibrium, samples=100)
+    for result in (equilibrium, sensitivity, cpr.ellipsoid(sensitivity), study):
+        printer = Printer()
+        result._repr_pretty_(printer, False)
+        assert printer.shown == str(result)

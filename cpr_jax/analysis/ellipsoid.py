@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..geometry import floats, namespace
 from ..programs import program
 from ..statics.linear import row_axes
-from ..summary import summary
+from ..summary import in_notebook, summary
 from .sensitivity import Sensitivity
 
 LINEAR_COVERAGE = 0.9888910034617577
@@ -41,6 +41,8 @@ class Ellipsoid(eqx.Module):
     semi_axes: Float[Array, " k"]
     directions: Float[Array, "k k"]
     labels: tuple[str, ...] = eqx.field(static=True)
+
+    _repr_pretty_ = in_notebook
 
     def __str__(self) -> str:
         return summary(

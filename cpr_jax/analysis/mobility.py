@@ -12,6 +12,7 @@ from ..statics.equilibrium import Equilibrium, check_fits
 from ..statics.linear import inverse, row_axes
 from ..statics.residual import residual
 from ..statics.unknowns import scales, unknown_scales, unravel
+from ..summary import in_notebook, summary
 from .sensitivity import turn_jacobian
 
 
@@ -34,6 +35,18 @@ class Mobility(eqx.Module):
     compliance: Float[Array, "n_p n_p"]
     manipulability: Float[Array, ""]
     condition: Float[Array, ""]
+
+    _repr_pretty_ = in_notebook
+
+    def __str__(self) -> str:
+        return summary(
+            self,
+            "Mobility of the platform",
+            jacobian=self.jacobian,
+            compliance=self.compliance,
+            manipulability=self.manipulability,
+            condition=self.condition,
+        )
 
     @property
     def stiffness(self) -> Float[Array, "n_p n_p"]:

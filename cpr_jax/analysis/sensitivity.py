@@ -26,7 +26,7 @@ from ..statics.unknowns import (
     unknown_scales,
     unravel,
 )
-from ..summary import summary
+from ..summary import in_notebook, summary
 from .parameters import Selection, ranges, segment_count, select
 
 
@@ -107,6 +107,8 @@ class Sensitivity(eqx.Module):
     def Pi_p(self) -> Float[Array, "d n_rho"]:
         """`∂p_P/∂ρ` of the end-effector's position."""
         return self.Pi("p_P")
+
+    _repr_pretty_ = in_notebook
 
     def __str__(self) -> str:
         return summary(

@@ -15,6 +15,7 @@ from ..statics.equilibrium import Equilibrium, check_fits
 from ..statics.linear import inverse_with_sign, negative_eigenvalues
 from ..statics.residual import base_wrench, leg_base, load_arms
 from ..statics.unknowns import scales, unravel
+from ..summary import in_notebook, summary
 from .pieces import Pieces, rods_in_pieces, tip_of, units_of_variations, variation
 
 _SOFTENING = 1e-11
@@ -39,6 +40,17 @@ class Stability(eqx.Module):
     index: Int[Array, ""]
     leg_indices: Int[Array, " n"]
     platform_stiffness: Float[Array, "n_p n_p"]
+
+    _repr_pretty_ = in_notebook
+
+    def __str__(self) -> str:
+        return summary(
+            self,
+            "Stability with the motors held: the index counts motions that lower the energy",
+            index=self.index,
+            leg_indices=self.leg_indices,
+            platform_stiffness=self.platform_stiffness,
+        )
 
     @property
     def stable(self) -> Bool[Array, ""]:

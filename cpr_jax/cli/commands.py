@@ -79,6 +79,7 @@ def monte_carlo(
     seed: int,
     distribution: str,
     prediction: str,
+    keep: int,
     out: str | None,
     resume: bool,
     as_json: bool,
@@ -111,6 +112,7 @@ def monte_carlo(
         delta=request.delta,
         distribution=distribution,
         prediction=prediction,
+        keep=keep,
         folder=None if out is None else f"{out}.parts",
         resume=resume,
         save=save,
@@ -118,6 +120,10 @@ def monte_carlo(
     )
     if out is not None:
         pathlib.Path(f"{out}.parts").rmdir()
+        if keep < samples:
+            print(
+                f"the first {keep} of {samples} samples are in {out}, see --keep", file=sys.stderr
+            )
     expected = _linear_coverage(result.ellipsoid) if distribution == "gaussian" else None
     if as_json:
         print_json(

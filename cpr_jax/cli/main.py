@@ -37,7 +37,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         )
         return EXIT_INPUT
     except KeyboardInterrupt:
-        _complain("interrupted")
+        kept = getattr(arguments, "out", None) is not None and hasattr(arguments, "resume")
+        _complain("interrupted; --resume goes on with it" if kept else "interrupted")
         return 130
 
 
@@ -59,6 +60,7 @@ def _run(arguments) -> int:
         if arguments.resume and arguments.out is None:
             raise InputError("Argument `--resume` must come with `--out`, but there is none.")
         seed = inputs.positive_integer("--seed", arguments.seed, least=0)
+        keep = inputs.positive_integer("--keep", arguments.keep)
     if arguments.command == "workspace":
         options = map_inputs.check_map(arguments, request)
     from . import commands, session
@@ -78,6 +80,7 @@ def _run(arguments) -> int:
             seed,
             arguments.distribution,
             arguments.prediction,
+            keep,
             arguments.out,
             arguments.resume,
             arguments.json,

@@ -33,7 +33,7 @@ def build_parser() -> argparse.ArgumentParser:
             allow_abbrev=False,
         )
 
-    paper = add("paper", "make the paper's Figures 1 and 2, their samples and a report")
+    paper = add("paper", "make the paper's Figures 1 to 3, their samples, the map and a report")
     paper.add_argument("--out", default="paper", metavar="DIR", help="folder (default: paper)")
     paper.add_argument(
         "--samples", default="2000", metavar="N", help="samples a point (default: 2000)"
@@ -69,6 +69,12 @@ def build_parser() -> argparse.ArgumentParser:
         help="where the iteration starts (default: second-order)",
     )
     sampling.add_argument("--out", metavar="FILE.nc", help="write the samples as NetCDF")
+    sampling.add_argument(
+        "--keep",
+        default="100000",
+        metavar="N",
+        help="samples that are written; all are counted (default: 100000)",
+    )
     sampling.add_argument(
         "--resume", action="store_true", help="go on with an interrupted run to FILE.nc"
     )

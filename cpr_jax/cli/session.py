@@ -14,7 +14,7 @@ from ..robots.names import CatalogueEntry
 from ..robots.robot import Robot
 from ..robots.specification import RobotSpecification
 from ..statics.equilibrium import Equilibrium, solve_forward, solve_inverse
-from ..statics.status import Status
+from ..statics.status import SolveError, Status
 from ..statics.unknowns import unknown_units
 from .inputs import Request
 
@@ -48,17 +48,18 @@ def solve_request(request: Request, as_json: bool) -> tuple[Robot, Equilibrium]:
     """
     start_jax()
     robot = load(request.robot)
-    if request.point is not None:
-        equilibrium = solve_inverse(robot, request.point, imposed=request.imposed, throw=False)
-    else:
+    try:
+        if request.point is not None:
+            return robot, solve_inverse(robot, request.point, imposed=request.imposed)
         assert request.motors is not None
-        equilibrium = solve_forward(robot, request.motors, throw=False)
-    status = Status(int(equilibrium.status))
-    if status is not Status.SOLVED:
+        return robot, solve_forward(robot, request.motors)
+    except SolveError as error:
+        assert isinstance(error.equilibrium, Equilibrium)
         if as_json:
-            print_json({**describe(robot, equilibrium), "message": status.message})
-        raise NoSolution(f"{robot.name}: {status.message}.")
-    return robot, equilibrium
+            message = error.status.message
+            print_json({**describe(robot, error.equilibrium), "message": message})
+        hint = f" {error.hint}" if error.hint else ""
+        raise NoSolution(f"{robot.name}: {error.status.message}.{hint}") from None
 
 
 def describe(robot: Robot, equilibrium: Equilibrium) -> dict:

@@ -7,16 +7,27 @@ import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.colors import LogNorm, Normalize
+from matplotlib.colors import BoundaryNorm, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 
+from ..errors import InputError, shown
 from ..robots.robot import Robot
+from ..statics.status import Status
 from .style import BLACK, ORANGE, PAGE
 from .zones import LINES, edges_of, legend_of, zones_of
 
 _LOGARITHMIC = ("semi_axis_max", "semi_axis_min", "ellipse_area", "sigma_t1", "sigma_t2")
 _LENGTHS = ("semi_axis_max", "semi_axis_min")
+_KINDS: dict[str, Any] = {
+    "status": lambda kind: Status(kind).name.lower().replace("_", " "),
+    "stable": lambda kind: ("no", "yes")[kind],
+    "seam": lambda kind: ("no", "yes")[kind],
+    "index": str,
+    "branch": str,
+    "level": str,
+}
+"""Variables that count or name, and what their values are called."""
 _DRAWN = {"m": (1e3, "mm"), "rad": (180.0 / np.pi, "°")}
 """By SI unit: the factor to the unit in which a coordinate is drawn, and the name of that."""
 
@@ -50,23 +61,36 @@ def plot_map(
         ax = plt.subplots(layout="constrained")[1]
     names, factors = _axes(dataset)
     x, z = (f * dataset[name].values for f, name in zip(factors, names, strict=True))
+    over = dataset["status"].dims
+    if variable not in dataset or dataset[variable].dims != over:
+        flat = sorted(str(name) for name in dataset.data_vars if dataset[name].dims == over)
+        raise InputError(
+            f"Argument `variable` must be one over {' and '.join(names)} alone "
+            f"({', '.join(flat)}), but it is {shown(variable)}: select an entry of it first."
+        )
     data = dataset[variable]
     values = data.values.astype(float) * (1e3 if variable in _LENGTHS else 1.0)
     solved = dataset["index"].values >= 0
-    shown = np.where(solved, values, np.nan)
+    # Its status is what a cell without an equilibrium has.
+    drawn_values = values if variable == "status" else np.where(solved, values, np.nan)
+    kinds = np.unique(drawn_values[np.isfinite(drawn_values)]) if variable in _KINDS else None
+    if kinds is not None:
+        edges = np.concatenate([kinds[:1] - 0.5, 0.5 * (kinds[1:] + kinds[:-1]), kinds[-1:] + 0.5])
+        mesh = {"norm": BoundaryNorm(edges, len(kinds)), **mesh}
+        mesh = {"cmap": plt.get_cmap("viridis", len(kinds)), **mesh}
     if "norm" not in mesh:
-        low, high = np.nanpercentile(shown, [0.5, 99.5])
+        low, high = np.nanpercentile(drawn_values, [0.5, 99.5])
         # Below a decade the ticks of a logarithmic scale crowd and say little.
         wide = variable in _LOGARITHMIC and high > 10.0 * low > 0.0
         mesh["norm"] = LogNorm(low, high) if wide else Normalize(low, high)
     mesh = {"cmap": "viridis", "rasterized": True, "shading": "nearest", **mesh}
-    drawn = ax.pcolormesh(x, z, shown.T, **mesh)
+    drawn = ax.pcolormesh(x, z, drawn_values.T, **mesh)
 
-    for zone in zones_of(dataset):
+    for zone in zones_of(dataset) if variable != "status" else ():
         if unstable or zone.name != "unstable":
             zone.draw(ax, (edges_of(x), edges_of(z)))
     # A volume has the lines of its slices: cut across them it has none.
-    if lines and list(dataset["axis"].values) == list(names):
+    if lines and all(dataset[name].ndim == 3 for name in LINES):
         for name, (_, colour) in reversed(LINES.items()):
             for curve in dataset[name].values:
                 ax.plot(*(curve * factors).T, color=colour, lw=1.1, zorder=4)
@@ -85,7 +109,13 @@ def plot_map(
         # Only a layout engine keeps it off the labels of the axis by itself.
         free = ax.figure.get_figure(root=True).get_layout_engine() is None
         look: Any = {"location": "bottom", "pad": 0.15 if free else 0.02}
-        ax.figure.colorbar(drawn, ax=ax, label=label, extend="both", **look)
+        if kinds is None:
+            look["extend"] = "both"
+        bar = ax.figure.colorbar(drawn, ax=ax, label=label, **look)
+        if kinds is not None:
+            names_of = [_KINDS[variable](int(kind)) for kind in kinds]
+            bar.set_ticks(list(kinds), labels=names_of)
+            bar.ax.tick_params(which="both", length=0, labelsize="small")
     return ax
 
 

@@ -42,11 +42,13 @@ class Zone(NamedTuple):
 def zones_of(dataset: xr.Dataset) -> list[Zone]:
     """What a map may have: cells without an equilibrium, unstable ones, ones beyond a limit."""
     solved, status = dataset["index"].values >= 0, dataset["status"].values
-    without = ~solved & (status != Status.OUT_OF_REACH)
+    open_ = ~solved & (status == Status.NOT_CONVERGED)
+    without = ~solved & ~open_ & (status != Status.OUT_OF_REACH)
     limited = status == Status.BEYOND_LIMITS
     unstable = solved & (dataset["stable"].values == 0)
     return [
         Zone("beyond a fold", without, "xxxxx", GREY, "white"),
+        Zone("without an answer", open_, "-----", GREY, "white"),
         Zone("unstable", unstable, "////", "white", "#414d6b"),
         Zone("beyond a limit", limited, "....", "white", "#414d6b"),
     ]

@@ -62,7 +62,7 @@ def robot_from_specification(specification: RobotSpecification) -> Robot:
         [_leg(geometry, leg, specification.gravity) for leg in specification.legs],
         oriented=platform.kind == "body",
         f_P=floats(force),
-        m_P=floats(platform.moment),
+        m_P=floats(platform.moment) if platform.kind == "body" else None,
         loads=loads,
         transmission=transmission,
         home=None if home is None else (floats(home.motors), floats(home.position + home.rotation)),

@@ -10,8 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import check_positive, check_shape, check_vector
-from ..errors import InputError
+from ..checks import check_finite, check_positive, check_shape, check_vector
+from ..errors import InputError, shown
 from ..geometry import SPACE, AbstractGeometry, Components, Numbers, floats, namespace, unchanged
 from ..rods.rod import Rod, Segments
 from ..rods.segments import alike
@@ -124,7 +124,7 @@ def make_robot(
     m_P: Numbers | None = None,
     loads: Sequence[tuple[Numbers, Numbers]] = (),
     transmission: Numbers | None = None,
-    home: tuple[Numbers, Numbers] | None = None,
+    home: Home | tuple[Numbers, Numbers] | None = None,
     uncertainty: dict[str, float] | None = None,
     name: str = "robot",
 ) -> Robot:
@@ -136,8 +136,10 @@ def make_robot(
     **Arguments:** as the attributes of `Robot`, and
 
     - `loads`: pairs of a point of the platform and the force there, see `PointLoads`.
+    - `home`: a `Home`, or a pair of its motor positions and its platform coordinates.
 
-    **Raises:** `InputError` for shapes that do not fit, and legs of the other geometry.
+    **Raises:** `InputError` for shapes that do not fit, numbers that are not finite, and legs of
+    the other geometry.
     """
     if len(legs) == 0:
         raise InputError("Argument `legs` must hold at least one leg, but it is empty.")
@@ -145,6 +147,11 @@ def make_robot(
         raise InputError(
             "Argument `loads` must be left out at a point platform, whose only force is `f_P`, but "
             f"it has {len(loads)} entries."
+        )
+    if m_P is not None and not oriented:
+        raise InputError(
+            "Argument `m_P` must be left out at a point platform, which no moment turns, but it is "
+            f"{shown(m_P)}."
         )
 
     d, r = geometry.d, geometry.r
@@ -158,6 +165,7 @@ def make_robot(
     def vector(name, value, size):
         if value is not None:
             check_vector(name, value, size)
+            check_finite(name, value)
         return floats(np.zeros(size) if value is None else value)
 
     for k, load in enumerate(loads):
@@ -169,7 +177,11 @@ def make_robot(
     for label, half_range in (uncertainty or {}).items():
         check_positive(f"uncertainty[{label!r}]", half_range, or_zero=True)
     stacked = _stack(legs)
+    for place, leaf in jax.tree_util.tree_leaves_with_path(stacked):
+        check_finite(f"legs{jax.tree_util.keystr(place)}", leaf)
     known = None
+    if isinstance(home, Home):
+        home = home.q_a, home.q_p
     if home is not None:
         if len(home) != 2:
             raise InputError(
@@ -177,8 +189,9 @@ def make_robot(
                 f"rotation vector in one), but it has {len(home)} parts."
             )
         q_a, q_p = (floats(part) for part in home)
-        check_shape("home[0]", q_a, (ways.shape[1],))
-        check_shape("home[1]", q_p, (d + r if oriented else d,))
+        for k, (part, size) in enumerate(((q_a, ways.shape[1]), (q_p, d + r * oriented))):
+            check_shape(f"home[{k}]", part, (size,))
+            check_finite(f"home[{k}]", part)
         known = Home(q_a, q_p)
     return Robot(
         geometry=geometry,
@@ -253,6 +266,8 @@ def in_space(robot: Robot) -> Robot:
     The rods get the same stiffness about all three axes. Joints of a point platform become
     spherical; those of a body, and passive joints at the base, keep to the normal of the plane.
     """
+    if robot.geometry.d != 2:
+        raise InputError("Argument `robot` must be planar, but it is in space already.")
     # Local axes (tangent, normal in the plane, x): the cyclic rotation of the world's axes.
     to_plane = jnp.full((robot.n, 3), 2.0 * jnp.pi / 3.0 / jnp.sqrt(3.0))
 

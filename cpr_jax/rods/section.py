@@ -5,7 +5,7 @@ import dataclasses
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..checks import check_positive
+from ..checks import check_between, check_positive
 from ..geometry import AbstractGeometry, floats, namespace
 
 
@@ -23,6 +23,11 @@ class Material:
     E: float
     nu: float = 0.35
     density: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_positive("material.E", self.E)
+        check_positive("material.density", self.density, or_zero=True)
+        check_between("material.nu", self.nu, -1.0, 0.5)
 
     @property
     def G(self) -> float:

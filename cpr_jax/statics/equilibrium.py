@@ -16,7 +16,7 @@ from ..geometry import Numbers, floats, namespace
 from ..programs import program
 from ..robots.robot import Robot, check_turns
 from ..rods.solver import Steps
-from ..summary import summary
+from ..summary import in_notebook, summary
 from .accuracy import BALANCED, ROUGH, STEPS
 from .continuation import Track
 from .guess import at_rest, detours, from_home, from_neighbour, reaching, search
@@ -60,6 +60,8 @@ class Equilibrium(eqx.Module):
     def y(self) -> Float[Array, " n_y"]:
         """The flat unknowns `(q_a, q_p, μ_1, …, μ_n)`."""
         return ravel(State(self.q_a, self.q_p, self.mu))
+
+    _repr_pretty_ = in_notebook
 
     def __str__(self) -> str:
         if np.ndim(self.status) > 0 or isinstance(self.status, jax.core.Tracer):
@@ -173,8 +175,8 @@ def _solve(robot, imposed, target, guess, steps, throw):
         if status != Status.INACCURATE:
             break
     if throw and status != Status.SOLVED:
-        hint = _hint(*task, guess)
-        raise SolveError(status, f"No equilibrium of {robot.name}: {status.message}.{hint}")
+        reason = f"No equilibrium of {robot.name}: {status.message}."
+        raise SolveError(status, reason, _hint(*task, guess, status), equilibrium)
     return equilibrium
 
 
@@ -184,15 +186,19 @@ def _is_far(robot, imposed, target) -> bool:
     return bool(out_of_reach(robot, np.asarray(target)[None], places.tolist())[0])
 
 
-def _hint(robot, imposed, target, guess) -> str:
-    """What may be wrong with the numbers of a solve that has failed, as a further sentence."""
+def _hint(robot, imposed, target, guess, status) -> str:
+    """What may be wrong with the numbers of a solve that has failed, a sentence or nothing."""
     if guess is not None and int(guess.status) != Status.SOLVED:
-        return f" Its `guess` is not solved itself: {Status(int(guess.status)).name}."
-    turns = np.abs(np.where(np.any(np.asarray(imposed) != 0.0, axis=0), np.asarray(target), 0.0))
+        return f"Its `guess` is not solved itself: {Status(int(guess.status)).name}."
+    given = np.abs(np.where(np.any(np.asarray(imposed) != 0.0, axis=0), np.asarray(target), 0.0))
+    angles, positions = np.split(given, [robot.n_a])
     turning = np.asarray(scales(robot).motors(robot)) == 1.0
-    if not np.any(turns[: robot.n_a][turning] > _MANY_TURNS):
-        return ""
-    return " Angles of motors are in radians, which these hardly are."
+    if np.any(angles[turning] > _MANY_TURNS):
+        return "Angles of motors are in radians, which these hardly are."
+    length = float(scales(robot).length)
+    if status == Status.OUT_OF_REACH and np.any(positions[: robot.geometry.d] > _FAR * length):
+        return f"Positions are in metres, which these hardly are: its rods are {length:.3g} m long."
+    return ""
 
 
 def _reached(robot, imposed, target, guess, steps, traced) -> Track:
@@ -227,6 +233,9 @@ def _reached(robot, imposed, target, guess, steps, traced) -> Track:
 
 _MANY_TURNS = 4.0 * np.pi
 """Angles beyond which a motor position looks like one in degrees."""
+
+_FAR = 30.0
+"""Rod lengths from which a position looks like one in millimetres."""
 
 _compiled: set[Any] = set()
 

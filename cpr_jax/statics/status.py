@@ -36,13 +36,25 @@ _MESSAGES = {
     Status.BEYOND_FOLD: "the branch folds back before it (a Type 1 singularity)",
     Status.BEYOND_LIMITS: "there is an equilibrium, beyond a limit",
     Status.INACCURATE: "its rods take more integration steps, see `steps`",
-    Status.NOT_ASSEMBLED: "it could not be assembled at its home, near which it must be at rest",
+    Status.NOT_ASSEMBLED: (
+        "it could not be assembled at its home: motors and platform must be close to where it is "
+        "at rest there, or the home be left out for a search"
+    ),
 }
 
 
 class SolveError(RuntimeError):
-    """A solve that has no solution to return; `status` says why."""
+    """A solve that has no solution to return.
 
-    def __init__(self, status: Status, message: str) -> None:
-        super().__init__(message)
-        self.status = status
+    **Attributes:**
+
+    - `status`: why.
+    - `hint`: what may be wrong with the numbers of the call, a sentence, or nothing.
+    - `equilibrium`: what the call would have returned, if it is known.
+    """
+
+    def __init__(
+        self, status: Status, message: str, hint: str = "", equilibrium: object = None
+    ) -> None:
+        super().__init__(f"{message} {hint}" if hint else message)
+        self.status, self.hint, self.equilibrium = status, hint, equilibrium

@@ -11,6 +11,9 @@ from ..robots.robot import Robot
 from ..statics.reach import reaches
 from ..statics.unknowns import unknown_labels, unknown_scales
 
+_MOST = 500_000_000
+"""Cells of a grid: so many take some hours and a terabyte or less."""
+
 
 @dataclasses.dataclass(frozen=True)
 class Grid:
@@ -111,6 +114,12 @@ def make_grid(
         raise InputError(
             "Argument `box` must be at least two spacings wide, but its corners are "
             f"{corners.tolist()} with a spacing of {strides.tolist()}."
+        )
+    count = int(np.prod(last - first + 1.0))
+    if count > _MOST:
+        raise InputError(
+            f"Argument `spacing` must leave at most {_MOST} cells, but {strides.tolist()} makes "
+            f"{count} of them."
         )
     lines = [h * np.arange(a, b + 1) for h, a, b in zip(strides, first, last, strict=True)]
     return Grid(axes, (chosen[0], chosen[1]), (lines[0], lines[1]), np.asarray(begin, float))

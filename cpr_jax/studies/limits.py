@@ -4,6 +4,8 @@ import dataclasses
 
 import numpy as np
 
+from ..checks import check_positive, check_shape
+from ..errors import InputError
 from .cells import Cell
 
 
@@ -23,6 +25,19 @@ class Limits:
     torque: float | None = None
     moment: float | None = None
     curvature: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.motors is not None:
+            check_shape("motors", self.motors, (2,))
+            low, high = self.motors
+            if not low < high:
+                raise InputError(
+                    "Argument `motors` must be a lowest and a highest position, but it is "
+                    f"({low}, {high})."
+                )
+        for name in ("torque", "moment", "curvature"):
+            if getattr(self, name) is not None:
+                check_positive(name, getattr(self, name))
 
     def beyond(self, cells: Cell) -> np.ndarray:
         """Whether each cell is beyond some limit."""

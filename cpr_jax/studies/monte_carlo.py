@@ -4,7 +4,7 @@ import enum
 import os
 import pathlib
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import jax
 import numpy as np
@@ -24,7 +24,7 @@ from ..statics.accuracy import MENU, TOLERANCE, least_scheme
 from ..statics.chord import EXACT
 from ..statics.equilibrium import Equilibrium, check_fits
 from ..statics.status import Status
-from ..summary import summary
+from ..summary import in_notebook, summary
 from .ahead import compile_study
 from .draws import Distribution
 from .parts import Parts, digest
@@ -79,6 +79,9 @@ class MonteCarlo(NamedTuple):
     error: float
     sensitivity: Sensitivity
     ellipsoid: Ellipsoid
+
+    def _repr_pretty_(self, printer: Any, cycle: bool) -> None:
+        in_notebook(self, printer, cycle)
 
     def __str__(self) -> str:
         return summary(

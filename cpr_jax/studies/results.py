@@ -47,10 +47,20 @@ def samples_dataset(
     def nominal(study: MonteCarlo) -> np.ndarray:
         return np.asarray(study.sensitivity.y)
 
+    by_parameter = {"units": "see parameter_unit"}
+    by_coordinate = {"units": "see coordinate_unit"}
     dataset = xr.Dataset(
         {
-            "rho": (("point", "sample", "parameter"), stack(lambda s: s.rho[:shortest])),
-            "q_p": (("point", "sample", "coordinate"), stack(lambda s: s.q_p[:shortest])),
+            "rho": (
+                ("point", "sample", "parameter"),
+                stack(lambda s: s.rho[:shortest]),
+                by_parameter,
+            ),
+            "q_p": (
+                ("point", "sample", "coordinate"),
+                stack(lambda s: s.q_p[:shortest]),
+                by_coordinate,
+            ),
             "status": (
                 ("point", "sample"),
                 stack(lambda s: s.status[:shortest]).astype(np.int8),
@@ -61,8 +71,12 @@ def samples_dataset(
             ),
             "inside": (("point", "sample"), stack(lambda s: s.inside[:shortest])),
             "q_a": (("point", "motor"), stack(lambda s: nominal(s)[:n_a])),
-            "nominal": (("point", "coordinate"), stack(lambda s: nominal(s)[n_a : n_a + n_p])),
-            "delta": (("point", "parameter"), stack(lambda s: s.sensitivity.delta)),
+            "nominal": (
+                ("point", "coordinate"),
+                stack(lambda s: nominal(s)[n_a : n_a + n_p]),
+                by_coordinate,
+            ),
+            "delta": (("point", "parameter"), stack(lambda s: s.sensitivity.delta), by_parameter),
             "Pi": (
                 ("point", "axis", "parameter"),
                 stack(lambda s: s.sensitivity.Pi(s.ellipsoid.labels)),
@@ -79,8 +93,12 @@ def samples_dataset(
                 name: (("point",), stack(operator.attrgetter(name)))
                 for name in ("samples", "solved", "lost", "failed")
             },
-            "mean": (("point", "axis"), stack(lambda s: s.mean)),
-            "covariance": (("point", "axis", "other_axis"), stack(lambda s: s.covariance)),
+            "mean": (("point", "axis"), stack(lambda s: s.mean), {"units": "m"}),
+            "covariance": (
+                ("point", "axis", "other_axis"),
+                stack(lambda s: s.covariance),
+                {"units": "m^2"},
+            ),
         },
         coords={
             "point": list(points),

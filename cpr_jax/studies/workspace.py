@@ -119,6 +119,8 @@ def workspace_map(
             f"Argument `imposed` must contain the axes of the map, {' and '.join(grid.names)}, "
             f"but it is {shown(imposed)}."
         )
+    if limits is not None and not isinstance(limits, Limits):
+        raise InputError(f"Argument `limits` must be `Limits`, but it is {shown(limits)}.")
     chunk = _CHUNK if grid.shape[0] * grid.shape[1] > 4 * _CHUNK else _CHUNK // 8
     folder = None if out is None else pathlib.Path(out)
     many = grid.shape[0] * grid.shape[1] > _MANY

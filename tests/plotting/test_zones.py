@@ -20,6 +20,7 @@ def dataset():
     made["status"][0, :2] = Status.BEYOND_FOLD
     made["status"][4, 1] = Status.BEYOND_FOLD
     made["status"][4, 3] = Status.OUT_OF_REACH
+    made["status"][4, 2] = Status.NOT_CONVERGED
     made["index"].values[(made["status"] != 0).values] = -1
     made["stable"][1, 3] = 0
     made["status"][2:4, 2] = Status.BEYOND_LIMITS
@@ -39,7 +40,7 @@ def test_the_very_cells_are_hatched(dataset):
     # Close to the corners of each cell, and in its middle.
     around = 0.98 * np.array([[5.0, 10.0], [-5.0, 10.0], [5.0, -10.0], [-5.0, -10.0], [0.0, 0.0]])
     expected = [zone.cells for zone in zones_of(dataset)]
-    counts = [3, 1, 2]
+    counts = [3, 1, 1, 2]
     for patch, cells, count in zip(drawn, expected, counts, strict=True):
         assert np.count_nonzero(cells) == count
         for offset in around:
@@ -56,7 +57,7 @@ def test_the_legend_names_what_there_is(dataset):
         plt.close(figure)
         return [text.get_text() for text in legend.get_texts()]
 
-    zones = ["beyond a fold", "unstable", "beyond a limit"]
+    zones = ["beyond a fold", "without an answer", "unstable", "beyond a limit"]
     assert named(dataset) == ["Type 1", *zones]
     assert named(made_up_map(("x", "y"))) == ["Type 1"]
 

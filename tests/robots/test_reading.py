@@ -76,7 +76,7 @@ def test_documented_example() -> None:
     assert third.a == first.a == (0.02, 0.0)
     assert (third.motor.kind, third.joint) == ("prismatic", "clamped")
     assert robot.home is not None
-    assert robot.home.motors[2] == 0.02
+    assert robot.home.motors[2] == -0.025
 
 
 def test_documented_robot_in_space() -> None:

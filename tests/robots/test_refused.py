@@ -63,6 +63,21 @@ MISTAKES = {
     "home": lambda: robot(home=(np.zeros(3), np.zeros(3), np.zeros(3))),
     "home[0]": lambda: robot(home=(np.zeros(2), np.zeros(6))),
     "home[1]": lambda: robot(home=(np.zeros(3), np.zeros(3))),
+    "home[1]` must be finite": lambda: robot(home=(np.zeros(3), np.full(6, np.nan))),
+    "f_P` must be finite": lambda: robot(f_P=(0.0, np.nan, 0.0)),
+    "legs.base_position": lambda: robot(legs=[leg(), leg(base=(0.0, np.nan, 0.0))]),
+    "material.nu": lambda: cpr.Material(2e11, nu=0.9),
+    "material.density": lambda: cpr.Material(2e11, density=-1.0),
+    "radius` must be positive": lambda: cpr.circle(np.nan),
+    "radius` must be a number": lambda: cpr.circle("1 mm"),
+    "m_P` must be left out": lambda: cpr.make_robot(
+        PLANE, [planar_leg()] * 2, oriented=False, m_P=(0.1,)
+    ),
+    "robot": lambda: cpr.in_space(robot()),
+    "motors": lambda: cpr.Limits(motors=(3.0, -3.0)),
+    "motors` must have shape": lambda: cpr.Limits(motors=(3.0,)),
+    "torque": lambda: cpr.Limits(torque=-1.0),
+    "curvature": lambda: cpr.Limits(curvature=np.nan),
     "uncertainty['l1']": lambda: robot(uncertainty={"l1": -1e-3}),
 }
 

@@ -140,10 +140,14 @@ def test_saved_segments_are_readable_by_people(tmp_path: pathlib.Path) -> None:
     assert [part["length"] for part in document["legs"][0]["rod"]["segments"]] == [0.08, 0.17]
 
 
-def test_the_documented_robot_is_solved() -> None:
+def documented(name: str):
     blocks = re.findall(r"```toml\n(.*?)```", DOCS.read_text(encoding="utf-8"), flags=re.DOTALL)
-    (block,) = (block for block in blocks if "two stepped rods" in block)
-    specification = parse_specification(tomllib.loads(block))
+    (block,) = (block for block in blocks if name in block)
+    return parse_specification(tomllib.loads(block))
+
+
+def test_the_documented_robot_is_solved() -> None:
+    specification = documented("two stepped rods")
     assert specification.warnings == ()
     assert [len(leg.segments) for leg in specification.legs] == [2, 3]
     robot = robot_from_specification(specification)
@@ -152,6 +156,15 @@ def test_the_documented_robot_is_solved() -> None:
     assert found.columns == ("l1_1", "l1_2", "r_c2_3")
     assert np.all(np.max(np.abs(found.Pi_p), axis=0) > 1e-3)
     assert jax.tree.all(jax.tree.map(lambda x: bool(jnp.all(jnp.isfinite(x))), found.Pi_y))
+
+
+def test_the_documented_body_works_around_its_home() -> None:
+    robot = robot_from_specification(documented("three legs"))
+    assert robot.home is not None
+    at_home = cpr.solve_forward(robot, robot.home.q_a)
+    np.testing.assert_allclose(at_home.q_p, robot.home.q_p, atol=0.01)
+    for pose in ((0.0, 0.0, 0.0), (0.0, 0.0, 0.1), (0.005, 0.0, 0.0), (0.01, 0.01, -0.17)):
+        assert int(cpr.stability(robot, cpr.solve_inverse(robot, pose)).index) == 0
 
 
 def test_command_line_knows_segments(tmp_path: pathlib.Path) -> None:
