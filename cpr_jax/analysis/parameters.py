@@ -107,6 +107,8 @@ class Selection:
 
     def get(self, robot: Robot) -> Float[Array, " n_rho"]:
         """The vector ρ of a robot."""
+        if not self.entries:
+            return jnp.zeros(0)
         return jnp.stack([entry.get(robot) for entry in self.entries])
 
     def set(self, robot: Robot, values: Float[Array, " n_rho"]) -> Robot:
@@ -205,6 +207,8 @@ def ranges(
             "none."
         )
     values = [known[label] for label in selection.labels]
+    if not values:
+        return floats(np.zeros(0))
     return floats(namespace(values).stack(values))
 
 

@@ -53,8 +53,11 @@ def workspace(request: Request, options: MapRequest, as_json: bool) -> int:
     print(f"{robot.name}: {answer['solved']} of {answer['cells']} cells solved")
     for name, count in answer["status"].items():
         print(f"  {name:<14} {count}")
-    low, high = answer["semi_axis_max"]
-    print(f"largest semi-axis {1e3 * low:.3g} to {1e3 * high:.3g} mm, {answer['stable']} stable")
+    spread = "no uncertainties are given"
+    if answer["semi_axis_max"] is not None:
+        low, high = answer["semi_axis_max"]
+        spread = f"largest semi-axis {1e3 * low:.3g} to {1e3 * high:.3g} mm"
+    print(f"{spread}, {answer['stable']} stable")
     print(f"map.nc and figures are in {out}")
     return 0
 
@@ -62,7 +65,10 @@ def workspace(request: Request, options: MapRequest, as_json: bool) -> int:
 def describe(dataset: xr.Dataset) -> dict[str, Any]:
     """How many cells of a map ended how, and the range of its sensitivity."""
     status, index = dataset["status"].values, dataset["index"].values
-    axes = dataset["semi_axis_max"].values
+    spread = None
+    if "semi_axis_max" in dataset:
+        axes = dataset["semi_axis_max"].values
+        spread = [float(np.nanmin(axes)), float(np.nanmax(axes))]
     names = [str(name) for name in dataset["status"].dims]
     counts = {s.name.lower(): int(np.sum(status == s)) for s in Status}
     return {
@@ -71,7 +77,7 @@ def describe(dataset: xr.Dataset) -> dict[str, Any]:
         "status": {name: count for name, count in counts.items() if count},
         "stable": int(np.sum(index == 0)),
         "seam": int(dataset["seam"].sum()),
-        "semi_axis_max": [float(np.nanmin(axes)), float(np.nanmax(axes))],
+        "semi_axis_max": spread,
         "semi_axis_unit": "m",
         "axes": names,
         "axis_units": [dataset[name].attrs["units"] for name in names],

@@ -6,11 +6,11 @@ from matplotlib.axes import Axes
 from ..errors import InputError
 from ..statics.status import Status
 from ..studies.monte_carlo import MonteCarlo
-from .style import BLACK, BLUE, ORANGE, VERMILION
+from .style import BLACK, BLUE, ORANGE, VERMILION, unit_name
 
 
 def plot_clouds(study: MonteCarlo, ax: Axes, *, unit: float = 1e3) -> None:
-    """Draws a planar cloud relative to its nominal point, its ellipse and its percentages.
+    """Draws a planar cloud relative to its nominal point, and its ellipse.
 
     Samples inside the ellipse are dots, samples outside are crosses. Samples without an
     equilibrium have no place here; `study.lost` counts them.
@@ -32,3 +32,6 @@ def plot_clouds(study: MonteCarlo, ax: Axes, *, unit: float = 1e3) -> None:
     ax.plot(*rim.T, color=BLACK, lw=1.0, label="ellipse")
     ax.plot(0.0, 0.0, "+", ms=6, mew=1.0, color=ORANGE, label="nominal")
     ax.margins(0.08)
+    names = [label.rpartition("_")[2] for label in ellipse.labels]
+    ax.set_xlabel(rf"$\Delta {names[0]}$ ({unit_name(unit)})")
+    ax.set_ylabel(rf"$\Delta {names[1]}$ ({unit_name(unit)})")

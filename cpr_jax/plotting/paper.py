@@ -93,8 +93,6 @@ def figure_1(robot: Robot, equilibrium: Equilibrium) -> Figure:
         arrowprops={"arrowstyle": "<->", "lw": 0.7, "shrinkA": 0, "shrinkB": 0},
     )
     ax.text(0.0, y - 5, "$d$", ha="center", va="top")
-    ax.set_xlabel("y (mm)")
-    ax.set_ylabel("z (mm)")
     ax.set_ylim(-65, end[1] + 62)
     low, high = rods[..., 0].min(), rods[..., 0].max()
     ax.set_xlim(low - 103, high + 103)
@@ -115,8 +113,6 @@ def figure_2(robot: Robot, equilibrium: Equilibrium, studies: dict[str, MonteCar
         overview.annotate(
             name, tuple(point), xytext=(7, 7), textcoords="offset points", weight="bold", zorder=9
         )
-    overview.set_xlabel("y (mm)")
-    overview.set_ylabel("z (mm)")
     overview.margins(0.08)
     overview.set_title("The ellipses to scale,\nthe robot at A")
     for k, (name, result) in enumerate(studies.items()):
@@ -126,8 +122,6 @@ def figure_2(robot: Robot, equilibrium: Equilibrium, studies: dict[str, MonteCar
         lost = (result.lost + result.failed) / result.samples
         words = f"{result.coverage:.1%} inside" + (f", {lost:.1%} lost" if lost else "")
         ax.set_title(f"$\\bf{{{name}}}$ ({y:.0f}, {z:.0f}) mm\n{words}")
-        ax.set_xlabel(r"$\Delta y$ (mm)")
-        ax.set_ylabel(r"$\Delta z$ (mm)")
     handles, labels = ax.get_legend_handles_labels()
     figure.legend(
         handles, labels, loc="outside lower right", ncols=4, frameon=False, markerscale=2.0

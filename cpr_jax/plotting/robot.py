@@ -11,7 +11,7 @@ from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium
 from ..statics.shape import Shape
 from .solids import solved_shape
-from .style import BLACK, BLUE, GREY, VERMILION
+from .style import BLACK, BLUE, GREY, VERMILION, unit_name
 
 _MOTOR, _JOINT = 7.0, 5.0
 """Sizes of markers, points."""
@@ -76,4 +76,7 @@ def plot_robot(
     end_effector = np.asarray(equilibrium.q_p)[:2] * unit
     ax.plot(*end_effector, "o", ms=3, color=VERMILION, alpha=alpha, zorder=6)
     ax.set_aspect("equal")
+    across, up = robot.geometry.axes
+    ax.set_xlabel(f"{across} ({unit_name(unit)})")
+    ax.set_ylabel(f"{up} ({unit_name(unit)})")
     return drawn

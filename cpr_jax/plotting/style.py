@@ -61,3 +61,8 @@ def save_figure(
         figure.set_layout_engine("none")
     plt.close(figure)
     return paths
+
+
+def unit_name(factor: float) -> str:
+    """What lengths are in once they are multiplied by a factor from m."""
+    return {1e3: "mm", 1e2: "cm", 1.0: "m"}.get(factor, f"{1.0 / factor:g} m")

@@ -155,7 +155,11 @@ def figure_3(dataset: xr.Dataset, robot: Robot, points: np.ndarray) -> Figure:
 
 
 def figure_of_map(dataset: xr.Dataset, robot: Robot) -> Figure:
-    """Two panels: the larger semi-axis, and σ_min of A_p with the unstable zones."""
+    """Two panels: the larger semi-axis, and σ_min of A_p with the unstable zones.
+
+    Where nothing is uncertain the first one shows how alike the motors move the platform in all
+    directions.
+    """
     solved = dataset["index"].values >= 0
     rows, columns = np.nonzero(solved)
     curves = np.concatenate([dataset[name].values for name in LINES])
@@ -172,9 +176,11 @@ def figure_of_map(dataset: xr.Dataset, robot: Robot) -> Figure:
     height = np.clip(0.36 * PAGE * ratio, 2.2, 4.6) + 1.6
     width = np.clip(2.0 * (height - 1.6) / ratio + 2.4, 0.75 * PAGE, PAGE)
     figure, axes = plt.subplots(1, 2, figsize=(width, height), sharey=True)
-    plot_map(dataset, "semi_axis_max", axes[0], robot=robot, unstable=False)
+    certain = "semi_axis_max" not in dataset
+    first = "manipulability_condition" if certain else "semi_axis_max"
+    plot_map(dataset, first, axes[0], robot=robot, unstable=False)
     plot_map(dataset, "sigma_t2", axes[1], robot=robot, cmap="cividis")
-    axes[0].set_title("(a) sensitivity")
+    axes[0].set_title("(a) dexterity" if certain else "(a) sensitivity")
     axes[1].set_title("(b) distance to the loss of stiffness")
     axes[1].set_ylabel("")
     for ax in axes:

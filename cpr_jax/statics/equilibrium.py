@@ -19,7 +19,15 @@ from ..rods.solver import Steps
 from ..summary import in_notebook, summary
 from .accuracy import BALANCED, ROUGH, STEPS
 from .continuation import Track
-from .guess import at_rest, detours, from_home, from_neighbour, reaching, search
+from .guess import (
+    at_rest,
+    detours,
+    from_home,
+    from_home_at_random,
+    from_neighbour,
+    reaching,
+    search,
+)
 from .measures import Measures, measures_with
 from .problem import Problem, forward_rows, imposed_coordinates, imposed_rows
 from .reach import out_of_reach, used_up
@@ -205,7 +213,6 @@ def _reached(robot, imposed, target, guess, steps, traced) -> Track:
     """The way to a target: from a neighbour, from home, or found by a search."""
     robot = jax.lax.stop_gradient(robot)
     goal = jax.lax.stop_gradient(target)
-    assembled = True
     if guess is not None:
         y = jax.lax.stop_gradient(guess.y)
         start, reached = from_neighbour(robot, imposed, y, goal, steps)
@@ -216,7 +223,9 @@ def _reached(robot, imposed, target, guess, steps, traced) -> Track:
             rough = floats(np.concatenate([robot.home.q_a, robot.home.q_p]))
             bent = reaching(robot, rough, steps)
             home, reached = from_home(robot, imposed, bent, goal, steps)
-        start, assembled = home.y, traced or int(home.status) == Status.SOLVED
+            if int(home.status) != Status.SOLVED and int(reached.status) != Status.NOT_FINITE:
+                return from_home_at_random(robot, imposed, goal, steps)
+        start = home.y
     elif traced:
         raise InputError(
             "Argument `robot` must have a home configuration to be solved without a `guess` "
@@ -224,9 +233,7 @@ def _reached(robot, imposed, target, guess, steps, traced) -> Track:
         )
     else:
         return search(robot, imposed, goal, steps)
-    if not assembled and int(reached.status) != Status.NOT_FINITE:
-        return reached._replace(status=jnp.asarray(int(Status.NOT_ASSEMBLED)))
-    if not traced and int(reached.status) == Status.LOST and assembled:
+    if not traced and int(reached.status) == Status.LOST:
         reached = detours(robot, imposed, start, goal, reached, steps)
     return reached
 

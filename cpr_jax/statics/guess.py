@@ -5,7 +5,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from ..geometry import floats
 from ..programs import program
@@ -33,6 +33,11 @@ _ASIDE = 1e-4
 
 _FURTHEST = 3.0
 """Largest base wrench of a bent leg, in the same units: bends of about a radian."""
+
+
+_LIGHT, _LOOSE = 0.5, 0.05
+"""Largest base wrenches, and largest motions of passive joints, of legs bent at random, in units of
+`unknown_scales`."""
 
 
 def follow_path(
@@ -165,6 +170,25 @@ def reaching(robot: Robot, rough: Float[Array, " n_q"], steps: Steps) -> Float[A
     return units * jax.vmap(bent)(own, missing)
 
 
+def from_home_at_random(
+    robot: Robot, imposed: Float[Array, "n_a n_q"], goal: Float[Array, " n_q"], steps: Steps
+) -> Track:
+    """As `from_home`, from legs that are bent a little at random: of many the least in energy.
+
+    Straight rods that are pushed into place have no way to go before they are bent, to whichever
+    side. Where none arrives the status tells whether any assembles.
+    """
+    assert robot.home is not None
+    rough = np.concatenate([robot.home.q_a, robot.home.q_p])
+    units = np.asarray(unknown_scales(robot))[rough.size :].reshape(robot.n, -1)
+    most = np.where(np.asarray(base_freedoms(robot)) > 0.5, _LOOSE, _LIGHT)
+    random = np.random.default_rng(0).uniform(-1.0, 1.0, (SEARCH_STARTS, *units.shape))
+    starts = floats(np.tile(rough, (SEARCH_STARTS, 1)))
+    tracks = _from_all(robot, imposed, starts, floats(most * units * random), goal, steps)
+    any_assembled = bool(np.any(np.asarray(tracks.assembled)))
+    return _least(tracks, Status.LOST if any_assembled else Status.NOT_ASSEMBLED)
+
+
 @program
 def from_neighbour(
     robot: Robot,
@@ -287,17 +311,23 @@ def search(
     if not np.any(np.asarray(tracks.status) == Status.SOLVED):
         bent = jnp.stack([reaching(robot, start, steps) for start in starts])
         tracks = _from_all(robot, imposed, starts, bent, goal, steps)
-    energies = jnp.where(tracks.status == Status.SOLVED, tracks.energy, jnp.inf)
-    best = int(jnp.argmin(energies))
+    return _least(tracks, Status.NOT_FOUND)
+
+
+def _least(tracks: "_Found", otherwise: Status) -> Track:
+    """The track of least energy among those that have arrived, or a status."""
+    energies = np.where(np.asarray(tracks.status) == Status.SOLVED, tracks.energy, np.inf)
+    best = int(np.argmin(energies))
     track = jax.tree.map(lambda leaf: leaf[best], tracks.track)
-    if not bool(jnp.isfinite(energies[best])):
-        return track._replace(status=jnp.asarray(int(Status.NOT_FOUND)))
+    if not np.isfinite(energies[best]):
+        return track._replace(status=jnp.asarray(int(otherwise)))
     return track
 
 
 class _Found(NamedTuple):
     track: Track
     energy: Float[Array, ""]
+    assembled: Bool[Array, ""]
 
     @property
     def status(self):
@@ -307,7 +337,8 @@ class _Found(NamedTuple):
 @program
 def _from_all(robot, imposed, starts, legs, goal, steps):
     def one(rough, mu):
-        _, track = assemble_and_move(robot, imposed, rough, mu, goal, steps)
-        return _Found(track, potential_energy(robot, track.y, steps))
+        home, track = assemble_and_move(robot, imposed, rough, mu, goal, steps)
+        energy = potential_energy(robot, track.y, steps)
+        return _Found(track, energy, home.status == Status.SOLVED)
 
     return jax.vmap(one)(starts, legs)

@@ -14,6 +14,11 @@ from .cells import Cell
 from .grid import Grid
 from .versions import versions
 
+_SENSITIVITIES = {
+    *("semi_axis_max", "semi_axis_min", "ellipse_area", "direction", "Pi_p", "delta"),
+}
+"""Variables that a map of a robot without uncertain parameters does not have."""
+
 
 class Found(NamedTuple):
     """What was found on a grid.
@@ -151,6 +156,8 @@ def map_dataset(
             padded[k, : len(curve)] = curve
         dims, _, attributes = variables[name]
         variables[name] = (dims, padded, attributes)
+    if not selection.labels:
+        variables = {name: kept for name, kept in variables.items() if name not in _SENSITIVITIES}
     held = {labels[k]: float(grid.held[k]) for k in imposed if k not in grid.axes}
     coordinates = {
         name: (name, values, {"units": unit, "long_name": f"platform coordinate {name}"})

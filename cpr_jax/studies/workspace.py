@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from tqdm import tqdm
 
-from ..analysis.parameters import ranges, select
+from ..analysis.parameters import Selection, ranges, select
 from ..errors import InputError, check_integer, shown
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
@@ -74,8 +74,9 @@ def workspace_map(
     - `seed`: an equilibrium of the branch to map; by default the one at the robot's home.
     - `spacing`: of the grid along both axes or along each, m or rad; by default a hundredth of the
         mean rod length, or of a radian.
-    - `refine`: how often the spacing is halved where the sensitivity changes fast and where the
-        branch ends; cells elsewhere stand for the block around them, see `level`.
+    - `refine`: how often the spacing is halved where the sensitivity (σ of A_p, if nothing varies)
+        changes fast and where the branch ends; cells elsewhere stand for the block around them, see
+        `level`.
     - `box`: lower and upper corner; by default all within reach of the legs.
     - `axes`: which two platform coordinates vary, by default the position in the plane of the
         robot; the others stay as they are in the seed.
@@ -83,7 +84,8 @@ def workspace_map(
         `solve_inverse`; by default all of the platform's. What is not imposed follows freely.
     - `symmetry`: map only the half with a first coordinate from 0 on; by default where the robot
         is its own mirror image, and so are its ranges and limits.
-    - `parameters`, `delta`: as in `sensitivity`.
+    - `parameters`, `delta`: as in `sensitivity`. A robot without uncertainties has a map without
+        sensitivities.
     - `limits`: see `Limits`.
     - `out`: folder for `map.nc`, and for the finished parts of a run that is interrupted.
     - `resume`: go on with those parts.
@@ -96,7 +98,9 @@ def workspace_map(
     **Raises:** `ValueError` for a bad argument; `SolveError` where the home has no solution.
     """
     places = imposed_coordinates(robot, imposed)
-    selection = select(robot, parameters)
+    # Without uncertainties a map still has the workspace, its singularities and stability.
+    certain = parameters is None and not robot.uncertainty
+    selection = Selection(()) if certain else select(robot, parameters)
     half_ranges = ranges(robot, selection, delta)
     if seed is not None:
         if int(seed.status) != Status.SOLVED:
@@ -219,7 +223,7 @@ def _map(job: Job, bar: tqdm) -> xr.Dataset:
         if cells is not None:
             looked.append((np.flatnonzero(new[front.inner]), cells))
             seen |= new
-            size[new] = cells.semi_axes[:, 0]
+            size[new] = cells.semi_axes[:, 0] if selection.entries else cells.sigma_t2
         if stride > 1:
             front.wanted = refined(front, size, stride)
     order = np.argsort(np.concatenate([places for places, _ in looked]))

@@ -79,6 +79,22 @@ def test_monte_carlo_with_a_file(capsys, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["samples.nc"]
 
 
+def test_monte_carlo_says_how_many_samples_it_writes(capsys, tmp_path):
+    argv = ["monte-carlo", "rfrfr", "--point", "0", "0.2", "--samples", "300", "--keep", "100"]
+    code, _, err = run(capsys, *argv, "--out", str(tmp_path / "some.nc"))
+    assert code == 0
+    assert "first 100 of 300 samples" in err
+    import xarray as xr
+
+    with xr.open_dataset(tmp_path / "some.nc", engine="h5netcdf") as dataset:
+        assert dataset.sizes["sample"] == 100
+        assert int(dataset["samples"][0]) == 300
+    code, _, err = run(capsys, *argv, "--out", str(tmp_path))
+    assert code == 2
+    assert "`--out` must be a file" in err
+    assert [path.name for path in tmp_path.iterdir()] == ["some.nc"]
+
+
 def test_text_output_names_what_it_prints(capsys):
     for command in ("solve", "sensitivity"):
         code, out, _ = run(capsys, command, "rfrfr", "--point", "0", "0.2")
@@ -92,6 +108,9 @@ def test_unreachable_point_is_exit_code_3(capsys):
     assert json.loads(out)["status"] == "out_of_reach"
     assert err.count("\n") == 1
     assert "Traceback" not in err
+    code, _, err = run(capsys, "solve", "rfrfr", "--point", "0", "200")
+    assert code == 3
+    assert "Positions are in metres" in err
 
 
 def test_robots(capsys):

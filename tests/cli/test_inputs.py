@@ -66,6 +66,7 @@ MISTAKES = [
     (("monte-carlo", "rfrfr", *GOOD_POINT, "--samples", "1.5"), "--samples"),
     (("monte-carlo", "rfrfr", *GOOD_POINT, "--samples", "many"), "--samples"),
     (("monte-carlo", "rfrfr", *GOOD_POINT, "--seed", "-1"), "--seed"),
+    (("monte-carlo", "rfrfr", *GOOD_POINT, "--keep", "0"), "--keep"),
     (("monte-carlo", "rfrfr", *GOOD_POINT, "--resume"), "--resume"),
     (("paper", "--samples", "nan"), "--samples"),
     (("paper", "--seed", "x"), "--seed"),

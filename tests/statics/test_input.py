@@ -135,6 +135,16 @@ def test_motor_angles_in_degrees_are_hinted_at(paper):
     assert "radians" not in str(caught.value)
 
 
+def test_positions_in_millimetres_are_hinted_at(paper):
+    with pytest.raises(SolveError, match=r"metres.*rods are 0.25 m long") as caught:
+        cpr.solve_inverse(paper, (0.0, 200.0))
+    assert caught.value.hint.startswith("Positions are in metres")
+    assert int(caught.value.equilibrium.status) == Status.OUT_OF_REACH
+    with pytest.raises(SolveError) as caught:
+        cpr.solve_inverse(paper, (0.0, 0.6))
+    assert caught.value.hint == ""
+
+
 def test_a_home_that_cannot_be_assembled_says_so():
     """Its rods do not reach the platform from any motor position."""
     robot = cpr.three_rfr()

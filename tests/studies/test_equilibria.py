@@ -134,5 +134,5 @@ def test_the_branch_of_the_home_is_found_however_few_the_starts():
     ],
 )
 def test_mistakes_are_named(robot, options, field):
-    with pytest.raises(InputError, match=field):
+    with pytest.raises(InputError, match=f"`{field}`"):
         find_equilibria(robot, **options)

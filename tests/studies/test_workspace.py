@@ -1,11 +1,14 @@
 """The workspace map of the paper's robot, on a coarse grid."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 import xarray as xr
 
 from cpr_jax.analysis.sensitivity import sensitivity
 from cpr_jax.errors import InputError
+from cpr_jax.plotting.workspace import figure_of_map, plot_map
 from cpr_jax.robots.catalogue import rfrfr
 from cpr_jax.statics.equilibrium import solve_inverse
 from cpr_jax.statics.status import Status
@@ -197,12 +200,28 @@ def test_the_dataset_is_labelled_and_survives_a_file(mapped, tmp_path):
         ({"axes": ("y", "x")}, "axes"),
         ({"box": ((0.0, 0.0), (0.001, 0.001))}, "box"),
         ({"box": ((0.0, 0.0), (np.inf, 0.1))}, "box"),
-        ({"parameters": ("nothing",)}, "nothing"),
+        ({"spacing": 1e-6}, "spacing"),
+        ({"limits": {"torque": 1.0}}, "limits"),
+        ({"parameters": ("nothing",)}, "parameters"),
     ],
 )
 def test_mistakes_are_named(robot, options, field):
-    with pytest.raises(InputError, match=field):
+    with pytest.raises(InputError, match=f"`{field}`"):
         workspace_map(robot, **options)
+
+
+def test_without_uncertainties_all_but_the_sensitivities_is_there(robot):
+    certain = dataclasses.replace(robot, uncertainty={})
+    options = {"spacing": 0.06, "refine": 1}
+    bare, full = workspace_map(certain, **options), workspace_map(robot, spacing=0.06)
+    missing = {"semi_axis_max", "semi_axis_min", "ellipse_area", "direction", "Pi_p", "delta"}
+    assert set(full.data_vars) - set(bare.data_vars) == missing
+    coarse = bare.sel(y=full.y, z=full.z, method="nearest")
+    for name in ("q_a", "energy", "sigma_t2", "status"):
+        np.testing.assert_allclose(coarse[name], full[name], rtol=1e-9, atol=1e-12)
+    assert [ax.get_title() for ax in figure_of_map(bare, robot).axes[:1]] == ["(a) dexterity"]
+    with pytest.raises(InputError, match="`variable` must be one over y and z"):
+        plot_map(bare)
 
 
 def test_what_polishing_does_not_mend_is_no_solution(robot, monkeypatch):
