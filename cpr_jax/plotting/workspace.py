@@ -114,7 +114,7 @@ def plot_map(
         bar = ax.figure.colorbar(drawn, ax=ax, label=label, **look)
         if kinds is not None:
             names_of = [_KINDS[variable](int(kind)) for kind in kinds]
-            bar.set_ticks(list(kinds), labels=names_of)
+            bar.set_ticks(0.5 * (edges[1:] + edges[:-1]), labels=names_of)
             bar.ax.tick_params(which="both", length=0, labelsize="small")
     return ax
 

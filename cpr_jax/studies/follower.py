@@ -17,6 +17,9 @@ LANES = 128
 
 _FIRST = 0.3
 _SHORTEST = 5e-3
+_STILL = 0.1
+"""A way ends where steps of less than `_SHORTEST` of it are needed and the unknowns, dimensionless,
+move by less than this in one: along a steep branch short steps are no sign of a fold."""
 _ROUNDS = 60
 
 
@@ -71,10 +74,12 @@ class Follower(NamedTuple):
 
         A step counts if it converges near its tangent prediction and keeps the sign of the
         Jacobian's determinant. A way ends where steps shorter than 0.5 % of it would be needed: at
-        a fold.
+        a fold, from which corrections fly away. Where they stay near and still do not converge,
+        rounding is in the way, as in rods that are pulled taut.
 
         **Returns:** the last point on the branch of each way; its status is `SOLVED` at the goal,
-        `LOST` at a fold, `NOT_CONVERGED` where even the start is no equilibrium or steps ran out.
+        `LOST` at a fold, `NOT_CONVERGED` where even the start is no equilibrium, where steps ran
+        out, or where rounding may be all that is in the way.
         """
         now = self.advance(start, begin)
         now = Nearby(*(leaf.copy() for leaf in map(np.asarray, now)))
@@ -100,6 +105,10 @@ class Follower(NamedTuple):
             growth = 0.7 * np.sqrt(DEVIATION / np.maximum(new.deviation, 1e-12))
             stride[going] = taken[:, 0] * np.where(good, np.clip(growth, 0.3, 3.0), 0.3)
             status[going[progress[going] >= 1.0]] = Status.SOLVED
-            status[going[stride[going] < _SHORTEST]] = Status.LOST
-            going = going[(progress[going] < 1.0) & (stride[going] >= _SHORTEST)]
+            near = (new.status != Status.SOLVED) & (new.deviation < DEVIATION)
+            ended = np.where(near, int(Status.NOT_CONVERGED), int(Status.LOST))
+            ahead = stride[going] * np.max(np.abs(moved / taken), axis=1)
+            short = (stride[going] < _SHORTEST) & (ahead < _STILL)
+            status[going[short]] = ended[short]
+            going = going[(progress[going] < 1.0) & ~short]
         return now._replace(status=status)

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
+from scipy.ndimage import distance_transform_edt
 
 from ..errors import InputError
 from ..statics.advance import Nearby
@@ -231,6 +232,17 @@ class Front:
         self.y[cells], self.slope[cells] = found.y[good], found.slope[good]
         self.solved[cells] = True
         self.fresh = at[good]
+
+    def uncertain(self) -> Bool[np.ndarray, "n_0 n_1"]:
+        """Cells without an equilibrium before which the branch does not fold for certain.
+
+        What was tried is judged by that, the others like the nearest that was.
+        """
+        judged = (self.tried >> 8 != 0) & ~self.solved
+        if not np.any(judged & self.stalled):
+            return np.zeros_like(self.solved[self.inner])
+        _, nearest = distance_transform_edt(~judged, return_indices=True)
+        return (self.stalled[tuple(nearest)] & ~self.solved)[self.inner]
 
     def seam(self, stride: int = 1) -> Bool[np.ndarray, "n_0 n_1"]:
         """Cells beside a neighbour that the branch does not lead to directly.

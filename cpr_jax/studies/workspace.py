@@ -234,7 +234,7 @@ def _map(job: Job, bar: tqdm) -> xr.Dataset:
     y = front.y[front.inner] * units
 
     status = np.full(grid.shape, int(Status.BEYOND_FOLD), np.int8)
-    status[front.stalled[front.inner]] = Status.NOT_CONVERGED
+    status[front.uncertain()] = Status.NOT_CONVERGED
     targets = grid.targets(grid.points.reshape(-1, 2))
     far = out_of_reach(robot, targets, imposed).reshape(grid.shape)
     status[far] = Status.OUT_OF_REACH

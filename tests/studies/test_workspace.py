@@ -210,6 +210,23 @@ def test_mistakes_are_named(robot, options, field):
         workspace_map(robot, **options)
 
 
+def test_what_a_cell_is_does_not_depend_on_its_neighbours(robot, mapped):
+    """Steep ways between coarse cells are followed as well as those between fine ones."""
+    finer = workspace_map(robot, spacing=SPACING / 2)
+    common = {
+        name: [x for x in mapped[name].values if np.min(np.abs(finer[name].values - x)) < 1e-9]
+        for name in ("y", "z")
+    }
+    some, same = (made.sel(common, method="nearest") for made in (mapped, finer))
+    differ = some["status"].values != same["status"].values
+    assert np.count_nonzero(differ) <= 3
+    # Beside the seam a cell belongs to either sheet.
+    away = ~differ & (some["status"].values == Status.SOLVED) & (some.y.values > 0.02)[:, None]
+    assert np.count_nonzero(away) > 2500
+    gap = np.max(np.abs(some["q_a"].values - same["q_a"].values)[away])
+    assert gap < 1e-8
+
+
 def test_without_uncertainties_all_but_the_sensitivities_is_there(robot):
     certain = dataclasses.replace(robot, uncertainty={})
     options = {"spacing": 0.06, "refine": 1}

@@ -4,8 +4,14 @@ import json
 
 import numpy as np
 
+from cpr_jax.geometry import PLANE
 from cpr_jax.robots.catalogue import three_rfr
+from cpr_jax.robots.joint import clamped
+from cpr_jax.robots.leg import make_leg, prismatic_screw
+from cpr_jax.robots.robot import make_robot
+from cpr_jax.rods.rod import kirchhoff_rod
 from cpr_jax.statics.equilibrium import solve_inverse
+from cpr_jax.statics.status import Status
 from cpr_jax.studies.workspace import workspace_map
 
 
@@ -24,3 +30,32 @@ def test_a_platform_with_an_orientation_keeps_it():
     single = solve_inverse(robot, point, guess=seed)
     np.testing.assert_allclose(cell["q_a"], single.q_a, rtol=0, atol=1e-9)
     np.testing.assert_allclose(cell["motor_torque"], single.motor_torques, rtol=0, atol=1e-9)
+
+
+def sliding():
+    """Three rods on sliding motors, which pull them taut at one edge of the workspace."""
+
+    def leg(base, angle, length, k_b, curvature, attachment, **joint):
+        rod = kirchhoff_rod(PLANE, length, k_b, curvature)
+        along = {"base_rotation": (np.deg2rad(angle),), "screw": prismatic_screw(PLANE)}
+        return make_leg(PLANE, base, rod, attachment_position=attachment, **along, **joint)
+
+    down = {"joint": clamped(PLANE), "attachment_rotation": (np.deg2rad(-90.0),)}
+    legs = [
+        leg((-0.25, -0.15), 30.0, 0.26, 0.0583, 2.0, (-0.03, -0.02)),
+        leg((0.25, -0.15), 150.0, 0.265, 0.0643, 2.0, (0.03, -0.02)),
+        leg((0.0, 0.29), -90.0, 0.25, 0.05, 1.0, (0.0, 0.04), **down),
+    ]
+    home = np.array([0.0059, -0.0081, -0.0099]), np.array([0.005, 0.01, 0.05])
+    return make_robot(PLANE, legs, oriented=True, f_P=(0.2, -0.5), m_P=(0.005,), home=home)
+
+
+def test_what_only_rounding_prevents_is_no_fold():
+    """Corrections in taut rods stay where they are and do not converge; finer steps still do."""
+    box = ((0.0, -0.12), (0.21, 0.03))
+    coarse, fine = (workspace_map(sliding(), spacing=0.01, box=box, steps=n) for n in (10, 40))
+    there, again = coarse["status"].values, fine["status"].values
+    assert np.count_nonzero((there == Status.BEYOND_FOLD) & (again == Status.SOLVED)) == 0
+    open_ = there == Status.NOT_CONVERGED
+    assert np.count_nonzero(open_ & (again == Status.SOLVED)) > 0
+    assert np.count_nonzero(there == Status.SOLVED) > 50
