@@ -52,5 +52,19 @@ def check_finite(name: str, value: Any) -> None:
         raise InputError(f"Argument `{name}` must be finite, but it is {shown(value)}.")
 
 
+def check_kind(name: str, value: Any, kind: type, example: str) -> None:
+    """Refuses what is no instance of a class.
+
+    **Arguments:**
+
+    - `example`: what is expected, in words.
+    """
+    if not isinstance(value, kind):
+        raise InputError(
+            f"Argument `{name}` must be {example}, but it is {shown(value)} of type "
+            f"{type(value).__name__}."
+        )
+
+
 def _is_traced(value: Any) -> bool:
     return any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(value))

@@ -1,5 +1,6 @@
 """The commands that compute."""
 
+import contextlib
 import pathlib
 import sys
 from collections.abc import Iterator
@@ -119,7 +120,9 @@ def monte_carlo(
         progress=sys.stderr.isatty(),
     )
     if out is not None:
-        pathlib.Path(f"{out}.parts").rmdir()
+        # What somebody has put there stays.
+        with contextlib.suppress(OSError):
+            pathlib.Path(f"{out}.parts").rmdir()
         if keep < samples:
             print(
                 f"the first {keep} of {samples} samples are in {out}, see --keep", file=sys.stderr
@@ -148,8 +151,10 @@ def monte_carlo(
     low, high = result.coverage_interval
     linear = "" if expected is None else f", linear theory {expected:.2%}"
     print(f"coverage {result.coverage:.2%} (95 % interval {low:.2%} to {high:.2%}{linear})")
-    print(f"{result.samples} samples: {result.solved} solved, {result.lost} lost beyond a ")
-    print(f"singularity, {result.failed} without an answer; {result.followed} followed closely")
+    print(
+        f"{result.samples} samples: {result.solved} solved, {result.lost} lost beyond a "
+        f"singularity, {result.failed} without an answer; {result.followed} followed closely"
+    )
     _print_ellipsoids(robot, result.sensitivity)
     return 0
 

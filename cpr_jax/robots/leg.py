@@ -4,7 +4,7 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import check_shape, check_vector
+from ..checks import check_kind, check_shape, check_vector
 from ..errors import InputError
 from ..geometry import AbstractGeometry, Numbers, floats, namespace
 from ..rods.rod import Rod
@@ -78,6 +78,12 @@ def make_leg(
 
     **Raises:** `InputError` for shapes that do not fit, and parts of the other geometry.
     """
+    check_kind("geometry", geometry, AbstractGeometry, "PLANE or SPACE")
+    check_kind("rod", rod, Rod, "a rod, such as `kirchhoff_rod` makes")
+    if joint is not None:
+        check_kind("joint", joint, Joint, "a joint, such as `pivot(PLANE)` makes")
+    if base_joint is not None:
+        check_kind("base_joint", base_joint, BaseJoint, "a joint that `passive` makes")
     d, r = geometry.d, geometry.r
 
     def along_tangent(name, segment):

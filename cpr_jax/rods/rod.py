@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import check_positive, check_shape, check_vector
+from ..checks import check_kind, check_positive, check_shape, check_vector
 from ..geometry import AbstractGeometry, Numbers, floats, namespace
 from .section import Material, Section
 
@@ -83,6 +83,7 @@ def kirchhoff_rod(
     **Raises:** `InputError` for shapes that do not fit, and lengths and stiffnesses that are not
     positive.
     """
+    check_kind("geometry", geometry, AbstractGeometry, "PLANE or SPACE")
     r = geometry.r
     for name, value in (("length", length), ("k_b", k_b)):
         check_positive(name, value)

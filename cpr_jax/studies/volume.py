@@ -116,7 +116,7 @@ _FILL = {"status": int(Status.BEYOND_FOLD), "index": -1, "branch": -1}
 def _stacked(slices: dict[int, xr.Dataset], values: np.ndarray, axis: str, unit: str) -> xr.Dataset:
     """All slices along a new first dimension; those that are missing say why."""
     model = next(iter(slices.values()))
-    variables: dict[str, Any] = {"delta": model["delta"]}
+    variables: dict[str, Any] = {name: model[name] for name in model.data_vars if name == "delta"}
     for name in model.data_vars:
         if name == "delta":
             continue

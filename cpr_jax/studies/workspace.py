@@ -14,7 +14,7 @@ from ..analysis.parameters import Selection, ranges, select
 from ..errors import InputError, check_integer, shown
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
-from ..statics.equilibrium import Equilibrium, solve_inverse
+from ..statics.equilibrium import Equilibrium, check_fits, solve_inverse
 from ..statics.problem import imposed_coordinates, imposed_rows
 from ..statics.reach import out_of_reach, used_up
 from ..statics.roots import TOLERANCE
@@ -103,6 +103,7 @@ def workspace_map(
     selection = Selection(()) if certain else select(robot, parameters)
     half_ranges = ranges(robot, selection, delta)
     if seed is not None:
+        check_fits("seed", seed, robot)
         if int(seed.status) != Status.SOLVED:
             reason = Status(int(seed.status)).name
             raise InputError(f"Argument `seed` must be solved, but its status is {reason}.")

@@ -73,6 +73,10 @@ MISTAKES = {
     "m_P` must be left out": lambda: cpr.make_robot(
         PLANE, [planar_leg()] * 2, oriented=False, m_P=(0.1,)
     ),
+    "geometry": lambda: cpr.kirchhoff_rod("plane", 0.3, 0.1),
+    "joint` must be a joint": lambda: cpr.make_leg(SPACE, (0, 0, 0), rod(), joint=cpr.pivot),
+    "base_joint` must be a joint": lambda: leg(base_joint=cpr.spherical(SPACE)),
+    "rod` must be a rod": lambda: leg(rod=0.3),
     "robot": lambda: cpr.in_space(robot()),
     "motors": lambda: cpr.Limits(motors=(3.0, -3.0)),
     "motors` must have shape": lambda: cpr.Limits(motors=(3.0,)),

@@ -1,5 +1,7 @@
 """Maps over three coordinates, of a robot with fewer motors than its platform has freedoms."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -53,6 +55,16 @@ def test_each_slice_belongs_to_its_height(robot, volume):
     np.testing.assert_allclose(alone.q_p, cell["q_p"].values, rtol=0, atol=1e-8)
     axes = cpr.ellipsoid(cpr.sensitivity(robot, alone)).semi_axes
     assert float(cell["semi_axis_max"]) == pytest.approx(float(axes[0]), rel=1e-6)
+
+
+def test_slices_of_a_robot_without_uncertainties_are_stacked():
+    certain = dataclasses.replace(cpr.three_rfr(), uncertainty={})
+    axes, box = ("y", "z", "phi_P_x"), ((-0.02, -0.02), (0.02, 0.02))
+    made = cpr.workspace_volume(certain, [0.0, 0.1], axes=axes, box=box, spacing=0.02)
+    assert made["phi_P_x"].attrs["units"] == "rad"
+    assert "delta" not in made and "Pi_p" not in made
+    assert np.all(made["status"] == Status.SOLVED)
+    assert np.all(np.isfinite(made["sigma_t2"]))
 
 
 def test_a_slice_out_of_reach_says_so(volume):
