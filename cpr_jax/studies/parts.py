@@ -3,6 +3,7 @@
 import hashlib
 import json
 import pathlib
+import threading
 import zipfile
 from typing import Any
 
@@ -13,6 +14,10 @@ from ..atomic import write_atomically
 from ..errors import InputError, shown
 
 _CONFIGURATION = "configuration.json"
+
+_reading = threading.Lock()
+"""numpy parses the header of an array as Python, which two threads must not do at the same time
+before Python 3.11.8 and 3.12.2: a SystemError about the depth of its recursion."""
 
 
 class Parts:
@@ -58,7 +63,7 @@ class Parts:
             return None
         path = self.folder / f"{name}.npz"
         try:
-            with np.load(path) as file:
+            with _reading, np.load(path) as file:
                 arrays = {key: file[key] for key in file.files}
         except (FileNotFoundError, ValueError, EOFError, KeyError, OSError, zipfile.BadZipFile):
             return None

@@ -1,5 +1,8 @@
 """Parts of a long run: whole, recognised, refused where they belong to another run."""
 
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 
@@ -16,6 +19,20 @@ def test_a_part_comes_back_bit_for_bit(tmp_path):
     for name, array in ARRAYS.items():
         np.testing.assert_array_equal(found[name], array)
         assert found[name].dtype == array.dtype
+
+
+def test_parts_are_read_by_many_threads(tmp_path):
+    """Each has the header of an array parsed, which older Pythons cannot do side by side."""
+    parts = Parts(tmp_path / "parts", {}, resume=False)
+    parts.save("one", ARRAYS | {f"array {k}": np.full(2, k) for k in range(30)})
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(4) as pool:
+            found = list(pool.map(parts.load, ["one"] * 100))
+    finally:
+        sys.setswitchinterval(before)
+    assert all(part is not None and len(part) == 32 for part in found)
 
 
 @pytest.mark.parametrize("damage", ["cut", "flip", "empty"])
