@@ -30,11 +30,13 @@ def shown(value: object) -> str:
 
 def check_integer(name: str, value: object, least: int = 1, most: int | None = None) -> None:
     """Refuses an argument that is not an integer within bounds."""
-    # Those of numpy, too.
-    fits = isinstance(value, numbers.Integral) and not isinstance(value, bool)
+    fits = isinstance(value, int) and not isinstance(value, bool)
     if fits and value >= least and (most is None or value <= most):  # type: ignore[operator]
         return
     expected = f"an integer from {least} " + ("on" if most is None else f"to {most}")
     if (least, most) == (1, None):
         expected = "a positive integer"
-    raise InputError(f"Argument `{name}` must be {expected}, but it is {shown(value)}.")
+    # A number of numpy is an array to a program, which it would become an argument of.
+    foreign = isinstance(value, numbers.Integral) and not isinstance(value, int)
+    kind = f" of type {type(value).__name__}, not int" if foreign else ""
+    raise InputError(f"Argument `{name}` must be {expected}, but it is {shown(value)}{kind}.")

@@ -90,13 +90,13 @@ def _vary_alike(robot: Robot, selection: Selection, delta, twins: Sequence[int])
     """Whether each number of a leg varies as much as that of the leg on the other side."""
     known = {}
     for entry, half_range in zip(selection.entries, delta, strict=True):
-        known[entry.path, entry.place(robot), entry.reciprocal] = half_range
-    for (path, index, reciprocal), half_range in known.items():
+        known[type(entry), entry.path, entry.place(robot), entry.reciprocal] = half_range
+    for (kind, path, index, reciprocal), half_range in known.items():
         if path in ("f_P", "m_P") or half_range == 0.0:
             continue
         if not path.startswith("legs."):
             return False
-        twin = known.get((path, (twins[index[0]], *index[1:]), reciprocal), np.nan)
+        twin = known.get((kind, path, (twins[index[0]], *index[1:]), reciprocal), np.nan)
         if not abs(twin - half_range) <= _ALIKE * half_range:
             return False
     return True

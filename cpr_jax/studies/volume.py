@@ -1,5 +1,6 @@
 """Maps over three platform coordinates, slice by slice."""
 
+import contextlib
 import json
 import pathlib
 from collections.abc import Sequence
@@ -101,7 +102,9 @@ def workspace_volume(
         save_dataset(dataset, folder / "volume.nc")
         for k in slices:
             (_slice(folder, k) / "map.nc").unlink()
-            _slice(folder, k).rmdir()
+            # What somebody has put there stays.
+            with contextlib.suppress(OSError):
+                _slice(folder, k).rmdir()
     return dataset
 
 
@@ -116,9 +119,10 @@ _FILL = {"status": int(Status.BEYOND_FOLD), "index": -1, "branch": -1}
 def _stacked(slices: dict[int, xr.Dataset], values: np.ndarray, axis: str, unit: str) -> xr.Dataset:
     """All slices along a new first dimension; those that are missing say why."""
     model = next(iter(slices.values()))
-    variables: dict[str, Any] = {name: model[name] for name in model.data_vars if name == "delta"}
+    variables: dict[str, Any] = {}
     for name in model.data_vars:
         if name == "delta":
+            variables["delta"] = model["delta"]
             continue
         arrays = {k: layer[name].values for k, layer in slices.items()}
         # Singular curves differ in number and in length.

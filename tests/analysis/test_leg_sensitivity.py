@@ -62,6 +62,8 @@ def test_points_are_for_looking_and_not_for_accuracy(robot, equilibria):
     for look in (cpr.leg_sensitivity, lambda *args, **points: cpr.shape(*args[:2], **points)):
         with pytest.raises(ValueError, match="`points` must be an integer from 2"):
             look(robot, nominal, 1, points=1)
+        with pytest.raises(ValueError, match="it is '5' of type int64, not int"):
+            look(robot, nominal, 1, points=np.int64(5))
 
 
 def test_leg_must_exist(robot, equilibria):
