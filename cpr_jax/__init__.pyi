@@ -22,6 +22,8 @@ from .plotting.robot import plot_robot as plot_robot
 from .plotting.space import plot_cloud_3d as plot_cloud_3d
 from .plotting.space import plot_ellipsoid_3d as plot_ellipsoid_3d
 from .plotting.space import plot_robot_3d as plot_robot_3d
+from .plotting.trajectory import plot_path as plot_path
+from .plotting.trajectory import plot_trajectory as plot_trajectory
 from .plotting.workspace import plot_ellipses as plot_ellipses
 from .plotting.workspace import plot_map as plot_map
 from .programs import use_cache as use_cache
@@ -77,6 +79,10 @@ from .studies.equilibria import find_equilibria as find_equilibria
 from .studies.limits import Limits as Limits
 from .studies.monte_carlo import MonteCarlo as MonteCarlo
 from .studies.monte_carlo import monte_carlo as monte_carlo
+from .studies.planning import Way as Way
+from .studies.planning import plan_path as plan_path
 from .studies.results import save_dataset as save_dataset
+from .studies.trajectory import trajectory as trajectory
+from .studies.trajectory_dataset import events as events
 from .studies.volume import workspace_volume as workspace_volume
 from .studies.workspace import workspace_map as workspace_map

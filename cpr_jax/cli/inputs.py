@@ -53,8 +53,8 @@ def check(arguments: argparse.Namespace) -> Request:
     motors = list(coordinates.motors.values())
     return Request(
         robot=robot,
-        point=None if arguments.point is None else numbers("--point", arguments.point, point),
-        motors=None if arguments.motors is None else numbers("--motors", arguments.motors, motors),
+        point=_numbers_of(arguments, "point", point),
+        motors=_numbers_of(arguments, "motors", motors),
         imposed=imposed,
         parameters=None if names is None else tuple(names),
         delta=_half_ranges(getattr(arguments, "delta", None), geometry, segments),
@@ -62,12 +62,20 @@ def check(arguments: argparse.Namespace) -> Request:
 
 
 def _imposed(arguments: argparse.Namespace, coordinates: Coordinates) -> tuple[str, ...] | None:
-    """What the motors impose: of a map everywhere, otherwise with `--point` only."""
-    if arguments.command == "workspace" or arguments.point is not None:
+    """What the motors impose: everywhere on a map or a path, otherwise with `--point` only."""
+    if arguments.command in ("workspace", "trajectory") or arguments.point is not None:
         return coordinates.imposed(arguments.imposed)
     if arguments.imposed is not None:
         raise InputError("Argument `--imposed` must come with `--point`, but there is none.")
     return None
+
+
+def _numbers_of(
+    arguments: argparse.Namespace, name: str, dimensions: list[Dimension]
+) -> tuple[float, ...] | None:
+    """Those of an option that a command has and that is given."""
+    texts = getattr(arguments, name, None)
+    return None if texts is None else numbers(f"--{name}", texts, dimensions)
 
 
 def positive_integer(name: str, text: str, least: int = 1) -> int:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from ..collection import uncollected
 from ..errors import InputError
-from . import inputs, map_inputs
+from . import inputs, map_inputs, path_inputs
 from .parser import build_parser
 
 EXIT_INPUT = 2
@@ -63,9 +63,15 @@ def _run(arguments) -> int:
         keep = inputs.positive_integer("--keep", arguments.keep)
     if arguments.command == "workspace":
         options = map_inputs.check_map(arguments, request)
+    if arguments.command == "trajectory":
+        path = path_inputs.check_path(arguments, request)
     from . import commands, session
 
     try:
+        if arguments.command == "trajectory":
+            from . import following
+
+            return following.trajectory(request, path, arguments.json)
         if arguments.command == "workspace":
             from . import mapping
 

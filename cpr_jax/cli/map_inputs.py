@@ -45,16 +45,14 @@ def check_map(arguments: argparse.Namespace, request: Request) -> MapRequest:
     if arguments.box is not None:
         a, b, c, d = numbers("--box", arguments.box, [*dimensions, *dimensions])
         box = ((a, b), (c, d))
-    turning = request.robot.turning
-    torque = _TORQUES[tuple(sorted(set(turning)))]
     return MapRequest(
         out=arguments.out,
         axes=axes,
         spacing=_spacing(arguments.spacing, dimensions),
         refine=positive_integer("--refine", arguments.refine, least=0),
         box=box,
-        max_torque=_limit("--max-torque", arguments.max_torque, torque),
-        max_moment=_limit("--max-moment", arguments.max_moment, MOMENT),
+        max_torque=limit("--max-torque", arguments.max_torque, torque_of(request)),
+        max_moment=limit("--max-moment", arguments.max_moment, MOMENT),
         resume=arguments.resume,
     )
 
@@ -87,5 +85,11 @@ def _spacing(texts: list[str] | None, dimensions: list[Dimension]) -> tuple[floa
     return numbers("--spacing", texts, dimensions, Sign.POSITIVE)
 
 
-def _limit(name: str, text: str | None, dimension: Dimension) -> float | None:
+def torque_of(request: Request) -> Dimension:
+    """What the motors of a robot exert."""
+    return _TORQUES[tuple(sorted(set(request.robot.turning)))]
+
+
+def limit(name: str, text: str | None, dimension: Dimension) -> float | None:
+    """The largest value of something that is limited, SI units, or nothing."""
     return None if text is None else quantity(name, text, dimension, Sign.POSITIVE)

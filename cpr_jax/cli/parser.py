@@ -113,16 +113,34 @@ def build_parser() -> argparse.ArgumentParser:
         metavar=("LOW", "LOW", "HIGH", "HIGH"),
         help="lower and upper corner (default: all within reach, half of it if symmetric)",
     )
-    mapping.add_argument(
-        "--max-torque", metavar="T", help="mark cells where a motor needs more (N m or N)"
-    )
-    mapping.add_argument(
-        "--max-moment", metavar="M", help="mark cells where a rod carries more (N m)"
-    )
+    _add_limits(mapping)
     mapping.add_argument(
         "--resume", action="store_true", help="go on with an interrupted run in DIR"
     )
     mapping.add_argument("--json", action="store_true", help="print one JSON object")
+
+    path = add("trajectory", "a path: motors, torques, sensitivity, stability, where it ends")
+    path.add_argument("robot", metavar="ROBOT", help="catalogue name or robot file")
+    through = path.add_mutually_exclusive_group(required=True)
+    through.add_argument(
+        "--via",
+        action="append",
+        nargs="+",
+        metavar="Q",
+        help="a waypoint: platform coordinates, or those of --imposed; at least twice",
+    )
+    through.add_argument("--file", metavar="FILE", help="waypoints, one a line (CSV)")
+    _add_imposed(path)
+    _add_parameters(path)
+    path.add_argument("--out", default="trajectory", metavar="DIR", help="default: trajectory")
+    path.add_argument(
+        "--spacing",
+        metavar="H",
+        help="largest distance of two stops (default: a hundredth of the rods' length, or of a "
+        "radian)",
+    )
+    _add_limits(path)
+    path.add_argument("--json", action="store_true", help="print one JSON object")
 
     check = add("validate", "check robot files")
     what = check.add_mutually_exclusive_group(required=True)
@@ -160,6 +178,13 @@ def _add_imposed(parser: argparse.ArgumentParser) -> None:
         help="coordinates that the motors impose, as many as motors, such as x,y,z or y,phi_P_x,q3 "
         "(default: those of the platform)",
     )
+
+
+def _add_limits(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--max-torque", metavar="T", help="mark where a motor needs more (N m or N)"
+    )
+    parser.add_argument("--max-moment", metavar="M", help="mark where a rod carries more (N m)")
 
 
 def _add_parameters(parser: argparse.ArgumentParser) -> None:

@@ -18,6 +18,7 @@ from ..rods.integration import DEFAULT_STEPS
 from ..statics.accuracy import MENU, STEPS
 from ..statics.chord import EXACT
 from ..statics.equilibrium import compile_from_home
+from ..statics.stops import compile_visit
 from ..statics.unknowns import unknown_labels
 from .cells import look_at_cells
 from .follower import Follower
@@ -84,6 +85,25 @@ def compile_map(
     seed = compile_from_home(robot, imposed, STEPS[0]) if from_home else []
     first = started(follower.compile)
     return Ahead(*seed, follow=first, look=started(look), lines=started(lines))
+
+
+def compile_trajectory(
+    robot: Robot,
+    imposed: Float[Array, "n_a n_q"],
+    selection: Selection,
+    delta: Float[Array, " n_rho"],
+    places: tuple[int, ...],
+    steps: int,
+    chunk: int,
+) -> Ahead:
+    """Starts to compile what a trajectory needs: to `visit` its stops and to `look` at them."""
+    if not _is_new("trajectory", robot, selection, places, steps, chunk):
+        return Ahead()
+    cells = not_a_number(chunk, robot.n_y)
+    return Ahead(
+        visit=started(lambda: compile_visit(robot, imposed, steps)),
+        look=started(lambda: look_at_cells(robot, selection, delta, cells, places, steps)),
+    )
 
 
 def compile_study(

@@ -1,6 +1,7 @@
 """Everything that a map says about one of its cells."""
 
 import itertools
+from collections.abc import Callable
 from typing import NamedTuple, TypeAlias
 
 import jax
@@ -21,8 +22,12 @@ from ..statics.energy import bows_of, integrated, total_energy
 from ..statics.linear import inverse_with_sign, row_axes
 from ..statics.measures import motor_torques
 from ..statics.residual import residual_at
+from ..statics.roots import TOLERANCE
 from ..statics.singular_values import norm_2
 from ..statics.unknowns import unknown_scales, unravel
+
+_POLISHED = 3
+"""How often a cell is looked at again, each time a step of Newton's method further."""
 
 Array: TypeAlias = jaxtyping.Array | np.ndarray
 
@@ -128,6 +133,25 @@ def _look(robot: Robot, selection: Selection, delta, y, imposed, steps: int) -> 
         unstable=counted.index,
         residual=jnp.max(jnp.abs(R_0)),
     )
+
+
+def polished(look: Callable[[Float[np.ndarray, "some n_y"], int], Cell], cells: Cell) -> Cell:
+    """Cells of which those that are not solved well enough were looked at again.
+
+    **Arguments:**
+
+    - `look`: at unknowns in SI units, and how often that was done before.
+    - `cells`: arrays of numpy, which are changed.
+    """
+    for turn in range(_POLISHED):
+        rough = np.flatnonzero(~(cells.residual < TOLERANCE))
+        if len(rough) == 0:
+            break
+        mu = cells.mu[rough].reshape(len(rough), -1)
+        better = np.concatenate([cells.q_a[rough], cells.q_p[rough], mu], axis=1)
+        for leaf, part in zip(cells, look(better, turn), strict=True):
+            leaf[rough] = part
+    return cells
 
 
 def free_runs(robot: Robot, imposed: tuple[int, ...]) -> list[slice]:

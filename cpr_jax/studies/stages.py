@@ -11,19 +11,15 @@ from tqdm import tqdm
 from ..analysis.parameters import Selection
 from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium
-from ..statics.roots import TOLERANCE
 from ..statics.unknowns import unknown_scales
 from .ahead import Ahead
-from .cells import Cell, look_at_cells
+from .cells import Cell, look_at_cells, polished
 from .follower import Follower
 from .front import Front
 from .grid import Grid
 from .limits import Limits
 from .parallel import in_parallel, on_devices, padded
 from .parts import Parts
-
-_POLISHED = 3
-"""How often a cell is looked at again, each time a step of Newton's method further."""
 
 _SAVE_EVERY = 2.0
 """Seconds between two states of the front that are kept."""
@@ -119,13 +115,4 @@ def _looked_at(job: Job, y, bar: tqdm, level: int) -> Cell:
         return Cell(*(np.concatenate(leaves) for leaves in zip(*chunks, strict=True)))
 
     cells = look_at_all(f"cells-{level}", y)
-    for round_ in range(_POLISHED):
-        rough = np.flatnonzero(~(cells.residual < TOLERANCE))
-        if len(rough) == 0:
-            break
-        mu = cells.mu[rough].reshape(len(rough), -1)
-        better = np.concatenate([cells.q_a[rough], cells.q_p[rough], mu], axis=1)
-        polished = look_at_all(f"polished-{level}-{round_}", better)
-        for leaf, part in zip(cells, polished, strict=True):
-            leaf[rough] = part
-    return cells
+    return polished(lambda y, turn: look_at_all(f"polished-{level}-{turn}", y), cells)

@@ -1,7 +1,7 @@
 """What the numbers of a map are called."""
 
 import cpr_jax as cpr
-from cpr_jax.studies.map_dataset import unknowns_of_legs
+from cpr_jax.studies.variables import unknowns_of_legs
 
 from ..robots.test_embedding import planar_robot
 

@@ -1,0 +1,165 @@
+"""Figures of trajectories."""
+
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Ellipse, Patch
+
+from ..errors import InputError
+from ..studies.trajectory_dataset import events
+from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PAGE, VERMILION
+
+_COLOURS = (BLUE, VERMILION, GREEN, ORANGE, BLACK, GREY)
+_STYLES: Any = ("-", (0, (4, 3)))
+"""In turn: curves of legs that do the same lie on each other."""
+
+
+_UNSTABLE: Any = {"color": GREY, "alpha": 0.25, "lw": 0.0}
+_MISSED: Any = {"fc": "none", "ec": GREY, "hatch": "xxxx", "lw": 0.0}
+
+
+def plot_trajectory(dataset: xr.Dataset) -> Figure:
+    """What a robot goes through on a path: its motors, their torques, sensitivity, singularities.
+
+    Where it is unstable the ground is grey; a line marks where the branch ends, and the part that
+    is not reached is hatched.
+
+    **Arguments:**
+
+    - `dataset`: of `trajectory`.
+
+    **Returns:** a figure of its own with up to four panels above each other.
+    """
+    panels = [_motors, _torques, *([_spread] if "semi_axis_max" in dataset else []), _singularities]
+    figure, axes = plt.subplots(
+        len(panels), 1, figsize=(0.75 * PAGE, 1.45 * len(panels) + 0.3), sharex=True
+    )
+    unit, factor = {"m": ("mm", 1e3), "rad": ("°", 180.0 / np.pi)}[dataset["s"].attrs["units"]]
+    s = factor * dataset["s"].values
+    for ax, panel in zip(axes, panels, strict=True):
+        panel(dataset, s, ax)
+        _mark(dataset, s, factor, ax)
+    axes[-1].set_xlabel(f"distance along the path ({unit})")
+    axes[-1].set_xlim(s[0], s[-1])
+    figure.align_ylabels()
+    handles = _grounds(dataset)
+    if handles:
+        figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False)
+    return figure
+
+
+def plot_path(
+    dataset: xr.Dataset, ax: Axes, *, axes: tuple[str, str] | None = None, ellipses: int = 9
+) -> None:
+    """The way of the platform in a plane, in mm, with its uncertainty ellipses, to scale.
+
+    The part where the robot is unstable is dashed, and waypoints are dots.
+
+    **Arguments:**
+
+    - `dataset`: of `trajectory`.
+    - `ax`: such as one of `plot_map`.
+    - `axes`: which two positions span the plane, by default the last two.
+    - `ellipses`: how many; projected on the plane.
+    """
+    labels = [str(label).removeprefix("p_P_") for label in dataset["coordinate"].values]
+    positions = [label for label in labels if label in dataset["space"].values]
+    chosen = tuple(positions[-2:]) if axes is None else tuple(axes)
+    if len(chosen) != 2 or not set(chosen) <= set(positions):
+        raise InputError(
+            f"Argument `axes` must be two of the positions ({', '.join(positions)}), but it is "
+            f"{', '.join(map(str, chosen))}."
+        )
+    rows = [labels.index(name) for name in chosen]
+    places = 1e3 * dataset["q_p"].values[:, rows]
+    stable = dataset["stable"].values == 1
+    held = np.where(stable[:, None], places, np.nan)
+    ax.plot(*places.T, color=BLACK, lw=1.0, ls=(0, (2, 2)), zorder=6)
+    ax.plot(*held.T, color="white", lw=2.4, zorder=5.9)
+    ax.plot(*held.T, color=BLACK, lw=1.2, zorder=6)
+    corners = places[dataset["waypoint"].values == 1]
+    ax.plot(*corners[[0, -1]].T, "o", ms=3.5, mfc="white", mec=BLACK, mew=0.9, zorder=6.2)
+    if "Pi_p" not in dataset or ellipses < 1:
+        return
+    solved = np.flatnonzero(np.all(np.isfinite(places), axis=1))
+    for k in np.unique(np.linspace(solved[0], solved[-1], ellipses).astype(int)):
+        spread = 1e3 * dataset["Pi_p"].values[k][rows] * dataset["delta"].values
+        directions, semi_axes, _ = np.linalg.svd(spread, full_matrices=False)
+        width, height = 2.0 * np.pad(semi_axes, (0, 2 - len(semi_axes)))
+        angle = float(np.rad2deg(np.arctan2(directions[1, 0], directions[0, 0])))
+        look: Any = {"fc": ORANGE, "ec": BLACK, "lw": 0.5, "alpha": 0.85, "zorder": 6.1}
+        ax.add_patch(Ellipse((places[k, 0], places[k, 1]), width, height, angle=angle, **look))
+
+
+def _motors(dataset: xr.Dataset, s: np.ndarray, ax: Axes) -> None:
+    unit = dataset["q_a"].attrs["units"]
+    factor, name = {"rad": (180.0 / np.pi, "°"), "m": (1e3, "mm")}.get(unit, (1.0, unit))
+    _curves(ax, s, factor * dataset["q_a"].values, dataset["motor"].values)
+    ax.set_ylabel(f"motors ({name})")
+
+
+def _torques(dataset: xr.Dataset, s: np.ndarray, ax: Axes) -> None:
+    unit = dataset["motor_torque"].attrs["units"].replace("N m", "N·m")
+    names = [str(name).replace("q", "τ") for name in dataset["motor"].values]
+    _curves(ax, s, dataset["motor_torque"].values, names)
+    ax.set_ylabel(f"torques ({unit})" if "m" in unit else f"forces ({unit})")
+
+
+def _spread(dataset: xr.Dataset, s: np.ndarray, ax: Axes) -> None:
+    both = [dataset[name].values for name in ("semi_axis_max", "semi_axis_min")]
+    _curves(ax, s, 1e3 * np.stack(both, axis=1), ("largest", "smallest"))
+    ax.set_ylabel("semi-axes (mm)")
+    _logarithmic(ax, np.stack(both))
+
+
+def _singularities(dataset: xr.Dataset, s: np.ndarray, ax: Axes) -> None:
+    both = [dataset[name].values for name in ("sigma_t1", "sigma_t2")]
+    _curves(ax, s, np.stack(both, axis=1), (r"of $\mathbf{A}_q$", r"of $\mathbf{A}_p$"))
+    ax.set_ylabel(r"$\sigma_\mathrm{min}$")
+    _logarithmic(ax, np.stack(both))
+
+
+def _curves(ax: Axes, s: np.ndarray, columns: np.ndarray, names) -> None:
+    """A curve a column, with a legend beside the panel."""
+    for k, (column, name) in enumerate(zip(columns.T, names, strict=True)):
+        style = _STYLES[k % 2] if len(names) > 2 else _STYLES[0]
+        ax.plot(s, column, color=_COLOURS[k % len(_COLOURS)], ls=style, label=str(name))
+    columns_of_legend = 1 + (len(names) > 6)
+    look: Any = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5), "frameon": False}
+    ax.legend(ncols=columns_of_legend, **look)
+
+
+def _logarithmic(ax: Axes, values: np.ndarray) -> None:
+    """Where values differ by more than a decade."""
+    positive = values[np.isfinite(values) & (values > 0.0)]
+    if positive.size and positive.max() > 10.0 * positive.min():
+        ax.set_yscale("log")
+
+
+def _mark(dataset: xr.Dataset, s: np.ndarray, factor: float, ax: Axes) -> None:
+    """Grounds where the robot is unstable, the end, and waypoints."""
+    begin = None
+    for event in [*events(dataset), {"event": "stable", "s": dataset.attrs["reached"]}]:
+        if event["event"] == "unstable":
+            begin = event["s"]
+        elif event["event"] in ("stable", "end") and begin is not None:
+            ax.axvspan(factor * begin, factor * event["s"], **_UNSTABLE)
+            begin = None
+    reached = factor * dataset.attrs["reached"]
+    if reached < s[-1]:
+        ax.axvline(reached, color=BLACK, lw=0.8)
+        with plt.rc_context({"hatch.linewidth": 0.4}):
+            ax.axvspan(reached, s[-1], **_MISSED)
+    for corner in s[dataset["waypoint"].values == 1][1:-1]:
+        ax.axvline(corner, color=GREY, lw=0.5, ls=":")
+
+
+def _grounds(dataset: xr.Dataset) -> list[Patch]:
+    """Handles for a legend of the grounds that there are."""
+    named = [event["event"] for event in events(dataset)]
+    unstable = [Patch(label="unstable", **_UNSTABLE)] if "unstable" in named else []
+    return unstable + ([Patch(label="not reached", **_MISSED)] if "end" in named else [])

@@ -1,0 +1,176 @@
+"""Paths through a workspace map that keep away from where uncertainty matters most."""
+
+import json
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from jaxtyping import Float
+
+from ..checks import check_positive
+from ..errors import InputError, shown
+from ..statics.status import SolveError, Status
+from .cost_field import CostField
+
+
+class Way(NamedTuple):
+    """A path, as `trajectory` takes it: `trajectory(robot, way.points, imposed=way.imposed)`.
+
+    **Attributes:**
+
+    - `points`: corners, values of the imposed coordinates, SI units, `(k, n_a)`.
+    - `imposed`: their names.
+    - `cost`: the integral of the cost along the path.
+    - `length`: of the path.
+    """
+
+    points: Float[np.ndarray, "k n_a"]
+    imposed: tuple[str, ...]
+    cost: float
+    length: float
+
+
+def plan_path(
+    dataset: xr.Dataset,
+    start: Any,
+    goal: Any,
+    *,
+    cost: str | xr.DataArray | None = "semi_axis_max",
+    allowed: xr.DataArray | None = None,
+    unstable: bool = False,
+    radian: float | None = None,
+) -> Way:
+    """The path of least cost between two points of a workspace map.
+
+    It runs through solved cells within the limits of the map, away from its seams, where the robot
+    is stable: past them it does not go where its motors lead it. Of all moves between cells those
+    of least cost are found (Dijkstra's algorithm), then corners are cut where a straight line costs
+    less. Follow the result with `trajectory`, which is exact.
+
+    **Arguments:**
+
+    - `dataset`: of `workspace_map`. One of a symmetric robot holds one half, unless it was made
+        with `symmetry=False`.
+    - `start`, `goal`: values of the map's two coordinates, SI units.
+    - `cost`: a variable of the map, or one made of them, per unit of length: the path is one of the
+        least integral. With `None` it is the shortest path.
+    - `allowed`: where else it may go, such as `dataset["sigma_t2"] > 0.01`: obstacles are not.
+    - `unstable`: whether unstable cells are allowed, for a platform that something else holds.
+    - `radian`: what a radian counts for in metres, where one axis is an angle and the other is not.
+
+    **Returns:** a `Way`.
+
+    **Raises:** `ValueError` for a bad argument; `SolveError` where no path leads to the
+    goal.
+    """
+    names = [str(name) for name in dataset["status"].dims]
+    if len(names) != 2:
+        raise InputError("Argument `dataset` must be a map over two coordinates.")
+    open_, price = _open(dataset, names, allowed, unstable), _price(dataset, names, cost)
+    open_ &= np.isfinite(price)
+    if np.any(price[open_] < 0.0):
+        raise InputError("Argument `cost` must not be negative, but some of it is.")
+    field = CostField(
+        [dataset[name].values for name in names],
+        _weights(dataset, names, radian),
+        np.where(open_, price, np.nan),
+    )
+    ends = [_end(dataset, names, field, k, v) for k, v in (("start", start), ("goal", goal))]
+    found = field.path(*ends)
+    if found is None:
+        raise SolveError(
+            Status.NOT_FOUND,
+            f"No path leads from {ends[0].tolist()} to {ends[1].tolist()} through cells of the map "
+            "that are solved, allowed" + (" and stable." if not unstable else "."),
+        )
+    corners, total = found
+    length = float(np.sum(field.distance(corners[:-1], corners[1:])))
+    points, imposed = _imposed(dataset, names, corners)
+    return Way(points, imposed, total, length)
+
+
+def _open(dataset: xr.Dataset, names, allowed, unstable: bool) -> np.ndarray:
+    open_ = (dataset["status"].values == Status.SOLVED) & (dataset["seam"].values == 0)
+    if not unstable:
+        open_ &= dataset["stable"].values == 1
+    if allowed is not None:
+        open_ &= _over(allowed, dataset, names, "allowed").astype(bool)
+    return open_
+
+
+def _price(dataset: xr.Dataset, names, cost) -> np.ndarray:
+    if cost is None or (isinstance(cost, str) and cost == "semi_axis_max" and cost not in dataset):
+        return np.ones(dataset["status"].shape)
+    if isinstance(cost, str):
+        if cost not in dataset:
+            raise InputError(
+                f"Argument `cost` must be a variable of the map, but it is {shown(cost)}."
+            )
+        cost = dataset[cost]
+    return _over(cost, dataset, names, "cost").astype(float)
+
+
+def _over(values: Any, dataset: xr.Dataset, names, field: str) -> np.ndarray:
+    shape = dataset["status"].shape
+    array = values.transpose(*names) if set(getattr(values, "dims", ())) == set(names) else values
+    if np.shape(array) != shape:
+        raise InputError(
+            f"Argument `{field}` must be over {' and '.join(names)}, of shape {shape}, but its "
+            f"shape is {np.shape(array)}."
+        )
+    return np.asarray(array)
+
+
+def _weights(dataset: xr.Dataset, names, radian: float | None) -> Float[np.ndarray, "2"]:
+    units = [dataset[name].attrs["units"] for name in names]
+    if units[0] == units[1]:
+        return np.ones(2)
+    if radian is None:
+        raise InputError(
+            f"Argument `radian` must be given for a map over {' and '.join(names)}: what a radian "
+            "counts for in metres."
+        )
+    check_positive("radian", radian)
+    return np.array([1.0 if unit == "m" else radian for unit in units])
+
+
+def _end(dataset: xr.Dataset, names, field: CostField, name: str, value) -> Float[np.ndarray, "2"]:
+    try:
+        point = np.asarray(value, float)
+    except (TypeError, ValueError):
+        point = np.empty(0)
+    if point.shape != (2,) or not np.all(np.isfinite(point)):
+        raise InputError(
+            f"Argument `{name}` must be two finite numbers, {' and '.join(names)}, but it is "
+            f"{shown(value)}."
+        )
+    for axis, x, line in zip(names, point, field.lines, strict=True):
+        half = 0.5 * (line[1] - line[0])
+        if not line[0] - half <= x <= line[-1] + half:
+            raise InputError(
+                f"Argument `{name}` must be on the map, whose {axis} goes from {line[0]:g} to "
+                f"{line[-1]:g}, but its {axis} is {x:g}. A map of both halves of a symmetric robot "
+                "takes `symmetry=False`."
+            )
+    cell = field.nearest(point)
+    if not np.isfinite(field.price[cell]):
+        status = Status(int(dataset["status"].values[cell]))
+        why = status.name.lower() if status != Status.SOLVED else "solved, but unstable, on a seam"
+        why = why if status != Status.SOLVED else f"{why} or not allowed"
+        raise InputError(f"Argument `{name}` must be where a path may go, but its cell is {why}.")
+    return point
+
+
+def _imposed(dataset: xr.Dataset, names, corners):
+    """The corners with all coordinates that the motors impose, and the names of those."""
+    labels = [*dataset["motor"].values.tolist(), *dataset["coordinate"].values.tolist()]
+    places = json.loads(dataset.attrs["configuration"])["imposed"]
+    held = json.loads(dataset.attrs["held"])
+    columns, imposed = [], tuple(labels[place] for place in places)
+    for label in imposed:
+        name = label.removeprefix("p_P_")
+        varies = name in names
+        columns.append(
+            corners[:, names.index(name)] if varies else np.full(len(corners), held[label])
+        )
+    return np.stack(columns, axis=1), imposed

@@ -1,0 +1,96 @@
+"""The trajectory command: what it writes, what it says, and how it ends."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from tests.cli.common import run
+
+VIA = ("--via", "0", "200mm", "--via", "20mm", "0.2", "--via", "20mm", "150mm")
+
+
+def test_a_path_and_its_files(capsys, tmp_path):
+    out = tmp_path / "path"
+    code, text, err = run(
+        capsys, "trajectory", "rfrfr", *VIA, "--spacing", "10mm", "--out", str(out), "--json"
+    )
+    assert (code, err) == (0, "")
+    answer = json.loads(text)
+    assert (answer["stops"], answer["solved"], answer["events"]) == (8, 8, [])
+    assert answer["length"] == answer["reached"] == pytest.approx(0.07)
+    ends = ("csv", "nc", "pdf", "png")
+    assert sorted(path.name for path in out.iterdir()) == [f"trajectory.{end}" for end in ends]
+    with xr.open_dataset(out / "trajectory.nc", engine="h5netcdf") as dataset:
+        dataset.load()
+    with (out / "trajectory.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == ["s", "p_P_y", "p_P_z", "q1", "q2", "tau1", "tau2", "stable"]
+    for k, row in enumerate(rows):
+        motors = [float(row["q1"]), float(row["q2"])]
+        np.testing.assert_allclose(motors, dataset["q_a"].values[k], rtol=1e-11)
+    places = [[float(row["p_P_y"]), float(row["p_P_z"])] for row in rows]
+    np.testing.assert_allclose(places[0::2][:2], [(0.0, 0.2), (0.02, 0.2)], atol=1e-12)
+    assert answer["torque_max"] == pytest.approx(float(abs(dataset["motor_torque"]).max()))
+
+
+def test_waypoints_of_a_file_are_those_of_the_options(capsys, tmp_path):
+    file = tmp_path / "way.csv"
+    file.write_text("# a path\np_P_y; z\n0; 200mm\n\n0.02 , 0.2  # right\n20mm 150mm\n")
+    answers = []
+    for way in (("--file", str(file)), VIA):
+        out = str(tmp_path / "path")
+        _, text, _ = run(
+            capsys, "trajectory", "rfrfr", *way, "--spacing", "10mm", "--out", out, "--json"
+        )
+        answers.append(json.loads(text))
+    assert answers[0] == answers[1]
+
+
+def test_a_path_that_ends_has_its_files_and_exit_code_3(capsys, tmp_path):
+    out = tmp_path / "path"
+    code, text, err = run(
+        capsys, "trajectory", "rfrfr", "--via", "0", "0.2", "--via", "0.4", "0.2",
+        "--spacing", "10mm", "--out", str(out),
+    )  # fmt: skip
+    assert code == 3
+    assert "end (out_of_reach)" in text and (out / "trajectory.nc").exists()
+    assert err.startswith("cpr-jax: error: RFRFR: the path ends at 0.162")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--via", "0", "0.2"), "`--via` must give two waypoints or more"),
+        (("--via", "0", "0.2", "--via", "0.1"), "`--via` must be 2 numbers"),
+        ((*VIA, "--spacing", "0"), "`--spacing`"),
+        ((*VIA, "--spacing", "1deg"), "`--spacing`"),
+        ((*VIA, "--imposed", "q1"), "`--imposed` must name 2 coordinates"),
+        (("--file", "none.csv"), "`--file` must be a file of waypoints, but 'none.csv' is not"),
+        ((*VIA, "--max-torque", "-1"), "`--max-torque`"),
+    ],
+)
+def test_mistakes_are_named_before_anything_is_computed(capsys, arguments, message):
+    code, out, err = run(capsys, "trajectory", "rfrfr", *arguments)
+    assert (code, out) == (2, "")
+    assert message in err and len(err.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("q1,z\n0,0.2\n0,0.1\n", "must have the columns y, z, but line 1"),
+        ("0,0.2\n", "`--file` must give two waypoints or more"),
+        ("0,0.2\n0,here\n", "`--file, line 2`"),
+        ("0,0.2,1\n0,0.1\n", "`--file, line 1` must be 2 numbers"),
+        ("", "`--file` must give two waypoints or more"),
+    ],
+)
+def test_mistakes_in_a_file_are_named_with_their_line(capsys, tmp_path, text, message):
+    file = tmp_path / "way.csv"
+    file.write_text(text)
+    code, out, err = run(capsys, "trajectory", "rfrfr", "--file", str(file))
+    assert (code, out) == (2, "")
+    assert message in err
