@@ -74,6 +74,9 @@ from .statics.status import SolveError as SolveError
 from .statics.status import Status as Status
 from .studies.critical import CriticalValue as CriticalValue
 from .studies.critical import critical_value as critical_value
+from .studies.design import Design as Design
+from .studies.design import optimise_design as optimise_design
+from .studies.design import position_spread as position_spread
 from .studies.equilibria import AllEquilibria as AllEquilibria
 from .studies.equilibria import find_equilibria as find_equilibria
 from .studies.limits import Limits as Limits

@@ -275,6 +275,12 @@ def hot_program(function: _Function) -> _Function:
     return _Program(function, _HOT)  # type: ignore[return-value]
 
 
+def quick_jit(function: Callable[..., Any]) -> Callable[..., Any]:
+    """As `jax.jit`, compiled as a `program` is: for functions of users, which have no name to be
+    kept under."""
+    return jax.jit(function, compiler_options=_known(tuple(_QUICK.items())))
+
+
 def _is_within(arrays) -> bool:
     """Whether a call is part of another program, whose options hold for it then."""
     global _outside

@@ -1,0 +1,173 @@
+"""Design optimisation: numbers of a robot that make it best over many configurations."""
+
+import warnings
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+from scipy.optimize import minimize
+
+from ..analysis.ellipsoid import ellipsoid
+from ..analysis.sensitivity import sensitivity
+from ..checks import check_finite
+from ..errors import InputError, check_integer, shown
+from ..robots.robot import Robot
+from ..statics.equilibrium import Equilibrium
+from ..statics.problem import imposed_coordinates
+from .design_search import Build, Measure, Search
+
+
+class Design(NamedTuple):
+    """The best design that was found.
+
+    **Attributes:**
+
+    - `values`: of the design variables.
+    - `robot`: with them.
+    - `objective`: its mean over the points.
+    - `equilibria`: of the robot at the points, stacked along a first axis.
+    - `slack`: the constraints there, `(points, m)`; none is negative but for `tolerance`.
+    - `history`: values and objective of every design that was tried and works, the start first.
+    - `converged`: whether it is a minimum as far as the first derivatives tell. It is not where the
+        search ended beside designs that do not work: a constraint is then to keep it off them.
+    - `message`: how the search ended.
+    """
+
+    values: dict[str, float]
+    robot: Robot
+    objective: float
+    equilibria: Equilibrium
+    slack: Float[np.ndarray, "points m"]
+    history: list[tuple[dict[str, float], float]]
+    converged: bool
+    message: str
+
+    def equilibrium(self, k: int) -> Equilibrium:
+        """That at the k-th point."""
+        return jax.tree.map(lambda leaf: leaf[k], self.equilibria)
+
+
+def position_spread(robot: Robot, equilibrium: Equilibrium) -> Float[Array, ""]:
+    """The root of the sum of the squared semi-axes of the position's ellipsoid (17), m.
+
+    Unlike the largest semi-axis it is smooth where two of them are the same.
+    """
+    return jnp.sqrt(jnp.trace(ellipsoid(sensitivity(robot, equilibrium)).kernel))
+
+
+def optimise_design(
+    build: Build,
+    start: Mapping[str, float],
+    bounds: Mapping[str, Sequence[float]],
+    points: Sequence[Sequence[float]] | Float[np.ndarray, "points n_a"],
+    objective: Measure = position_spread,
+    *,
+    imposed: Sequence[str] | None = None,
+    constraints: Measure | None = None,
+    unstable: bool = False,
+    iterations: int = 100,
+    tolerance: float = 1e-6,
+) -> Design:
+    """The design of least mean objective over configurations, within bounds and constraints.
+
+    Sequential quadratic programming (SciPy's SLSQP) with derivatives through the solves. Each
+    configuration is followed from design to design on its branch. Designs at which one of them is
+    lost, or unstable, are refused, and the search turns back from them.
+
+    **Arguments:**
+
+    - `build`: makes a robot from values of the design variables, under `jax.jit`, such as
+        `lambda x: rfrfr(l=x["l"], d=x["d"])`.
+    - `start`, `bounds`: where the search begins, and lowest and highest value of each variable.
+    - `points`: imposed coordinates of the configurations, SI units.
+    - `objective`: what to minimise, a number of a robot and one of its equilibria.
+    - `imposed`: which coordinates `points` holds, as in `solve_inverse`.
+    - `constraints`: numbers that must not be negative at any of the points, an array of a robot and
+        one of its equilibria, such as `lambda robot, e: 1.0 - (e.motor_torques / 0.5) ** 2`.
+    - `unstable`: whether unstable configurations are allowed.
+    - `iterations`: at most.
+    - `tolerance`: relative change of the objective at which it ends.
+
+    **Raises:** `ValueError` for a bad argument; `SolveError` where the start has no solution at one
+    of the points.
+    """
+    names = _checked_names(start, bounds)
+    check_integer("iterations", iterations)
+    low, high = np.array([bounds[name] for name in names], float).T
+    search = Search(build, names, low, high - low, objective, constraints, unstable)
+    robot = build({name: jnp.asarray(float(start[name])) for name in names})
+    if not isinstance(robot, Robot):
+        raise InputError(f"Argument `build` must return a Robot, but it returned {shown(robot)}.")
+    search.begin(robot, _checked_points(robot, points, imposed), imposed, start)
+
+    with warnings.catch_warnings():
+        # Rounding takes trial designs past their bounds; SciPy moves them back and says so.
+        warnings.filterwarnings("ignore", "Values in x were outside bounds", RuntimeWarning)
+        found = minimize(
+            lambda x: search.at(x).value,
+            search.near.x,
+            jac=lambda x: search.at(x).slope,
+            bounds=[(0.0, 1.0)] * len(names),
+            constraints=search.inequalities(),
+            method="SLSQP",
+            options={"maxiter": iterations, "ftol": tolerance},
+        )
+    best = search.at(found.x)
+    best = best if best.works else search.near
+    values = search.values(best.x)
+    return Design(
+        values=values,
+        robot=build({name: jnp.asarray(value) for name, value in values.items()}),
+        objective=best.value * search.unit,
+        equilibria=best.equilibria,
+        slack=best.slack,
+        history=search.history,
+        converged=bool(found.success) and not search.refused,
+        message=f"ended beside designs that do not work ({search.refused}): see `constraints`"
+        if search.refused
+        else str(found.message),
+    )
+
+
+def _checked_names(start: Mapping[str, float], bounds: Mapping[str, Sequence[float]]) -> list[str]:
+    for field, table in (("start", start), ("bounds", bounds)):
+        if not isinstance(table, Mapping) or not table:
+            raise InputError(
+                f"Argument `{field}` must be a table by name, but it is {shown(table)}."
+            )
+    if set(start) != set(bounds):
+        raise InputError(
+            f"Argument `bounds` must have the names of `start` ({', '.join(start)}), but it has "
+            f"{', '.join(bounds)}."
+        )
+    for name, value in start.items():
+        check_finite(f"start[{name!r}]", value)
+        if np.shape(bounds[name]) != (2,) or not bounds[name][0] < bounds[name][1]:
+            raise InputError(
+                f"Argument `bounds[{name!r}]` must be a lowest and a highest value, but it is "
+                f"{bounds[name]!r}."
+            )
+        check_finite(f"bounds[{name!r}]", bounds[name])
+        if not bounds[name][0] <= value <= bounds[name][1]:
+            raise InputError(
+                f"Argument `start[{name!r}]` must be within its bounds {bounds[name]!r}, but it is "
+                f"{shown(value)}."
+            )
+    return list(start)
+
+
+def _checked_points(robot: Robot, points, imposed) -> Float[np.ndarray, "points n_a"]:
+    count = len(imposed_coordinates(robot, imposed))
+    try:
+        rows = np.asarray(points, float)
+    except (TypeError, ValueError):
+        rows = np.empty(0)
+    if rows.ndim != 2 or len(rows) == 0 or rows.shape[1] != count or not np.all(np.isfinite(rows)):
+        raise InputError(
+            f"Argument `points` must be rows of {count} finite numbers, but it is {shown(points)} "
+            f"of shape {np.shape(rows)}."
+        )
+    return rows
