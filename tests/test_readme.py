@@ -8,6 +8,7 @@ import subprocess
 import sys
 
 import jax
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -38,6 +39,25 @@ def test_python_block():
     assert axes == pytest.approx([5.50e-3, 1.41e-3], rel=5e-3)
     coverage = float(printed[2].split()[0])
     assert coverage == pytest.approx(0.975, abs=0.005)
+
+
+def test_python_block_of_paths_and_designs(capsys, tmp_path, monkeypatch):
+    """On a coarser map than the README's; the figure of the documentation is made as it says."""
+    monkeypatch.chdir(tmp_path)
+    robot = cpr_jax.rfrfr()
+    dataset = cpr_jax.workspace_map(robot, spacing=0.02)
+    names = {"cpr": cpr_jax, "robot": robot, "dataset": dataset}
+    exec(block("python-plan"), names)
+    assert capsys.readouterr().out.startswith("[]\n{'l': 0.19")
+    better = names["better"]
+    assert better.converged and np.min(better.slack) > -1e-6
+    assert better.objective == pytest.approx(0.7 * better.history[0][1], rel=0.02)
+    page = (ROOT / "docs" / "planning.md").read_text()
+    exec(re.search(r"<!-- figure -->\n```python\n(.*?)```", page, re.DOTALL)[1], names)
+    assert (tmp_path / "path.png").exists()
+    straight = cpr_jax.trajectory(robot, names["way"].points[[0, -1]])
+    assert [event["event"] for event in cpr_jax.events(straight)] == ["unstable", "stable"]
+    plt.close("all")
 
 
 def test_python_block_in_space(capsys):

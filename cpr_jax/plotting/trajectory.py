@@ -57,7 +57,7 @@ def plot_path(
 ) -> None:
     """The way of the platform in a plane, in mm, with its uncertainty ellipses, to scale.
 
-    The part where the robot is unstable is dashed, and waypoints are dots.
+    The part where the robot is unstable is dashed and without ellipses.
 
     **Arguments:**
 
@@ -85,14 +85,17 @@ def plot_path(
     ax.plot(*corners[[0, -1]].T, "o", ms=3.5, mfc="white", mec=BLACK, mew=0.9, zorder=6.2)
     if "Pi_p" not in dataset or ellipses < 1:
         return
-    solved = np.flatnonzero(np.all(np.isfinite(places), axis=1))
-    for k in np.unique(np.linspace(solved[0], solved[-1], ellipses).astype(int)):
+    # Where it is unstable nothing stays where the ellipse says.
+    some = np.flatnonzero(stable)
+    chosen_stops = np.linspace(0, max(len(some) - 1, 0), ellipses).astype(int)
+    for k in np.unique(some[chosen_stops[: len(some)]]):
         spread = 1e3 * dataset["Pi_p"].values[k][rows] * dataset["delta"].values
         directions, semi_axes, _ = np.linalg.svd(spread, full_matrices=False)
         width, height = 2.0 * np.pad(semi_axes, (0, 2 - len(semi_axes)))
         angle = float(np.rad2deg(np.arctan2(directions[1, 0], directions[0, 0])))
         look: Any = {"fc": ORANGE, "ec": BLACK, "lw": 0.5, "alpha": 0.85, "zorder": 6.1}
-        ax.add_patch(Ellipse((places[k, 0], places[k, 1]), width, height, angle=angle, **look))
+        # Large ones, beside a singularity, are not to widen the view.
+        ax.add_artist(Ellipse((places[k, 0], places[k, 1]), width, height, angle=angle, **look))
 
 
 def _motors(dataset: xr.Dataset, s: np.ndarray, ax: Axes) -> None:
