@@ -16,6 +16,9 @@ print(json.dumps({
     "crossing": crossing.tolist(),
     "share": share_stable,
     "home": float(gaps.min()),
+    "around": cpr.events(around),
+    "straight": cpr.events(straight),
+    "worst": float(around["semi_axis_max"].max()),
     "limit": [limit.value, limit.before, limit.after],
 }))
 """
@@ -44,3 +47,9 @@ def test_the_rest(numbers):
     assert -5.0 < value < 1.0
     # The branch folds there: beyond it the robot snaps to another one.
     assert (before, after) == (0, -1)
+
+
+def test_the_way_around_is_stable_and_the_straight_one_is_not(numbers):
+    assert numbers["around"] == []
+    assert [event["event"] for event in numbers["straight"]] == ["unstable", "stable"]
+    assert numbers["worst"] < 0.06
