@@ -109,5 +109,7 @@ def _table(dataset: xr.Dataset) -> str:
     writer.writerow(["s", *platform, *motors, *torques, "stable"])
     for row, status in zip(columns, dataset["status"].values, strict=True):
         if status in (Status.SOLVED, Status.BEYOND_LIMITS):
-            writer.writerow([*(f"{value:.12g}" for value in row[:-1]), int(row[-1])])
+            # Zero rather than what rounding leaves of it.
+            numbers = [f"{value:.12g}" for value in np.round(row[:-1], 14) + 0.0]
+            writer.writerow([*numbers, int(row[-1])])
     return text.getvalue()

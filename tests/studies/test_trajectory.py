@@ -139,6 +139,21 @@ def test_motors_end_at_a_fold_from_which_shooting_finds_no_way_on(robot):
         forward(PlanarRobot(), path["target"].values[last + 2], y)
 
 
+def test_a_body_turns_and_a_radian_counts_as_the_length_of_a_rod():
+    robot = cpr.three_rfr()
+    home = cpr.solve_inverse(robot, robot.home.q_p)
+    begin = np.asarray(home.q_p)
+    turned = cpr.trajectory(robot, [begin, begin + np.array([0.0, 0.0, 0.3])], home, spacing=0.02)
+    length = float(np.mean(robot.legs.rod.length))
+    assert float(turned["s"][-1]) == pytest.approx(0.3 * length)
+    assert turned["s"].attrs["units"] == "m"
+    for k in (0, 3, turned.sizes["s"] - 1):
+        alone = cpr.solve_inverse(robot, turned["target"].values[k])
+        np.testing.assert_allclose(unknowns(turned, k), alone.y, rtol=0, atol=1e-8)
+        axes = cpr.ellipsoid(cpr.sensitivity(robot, alone)).semi_axes
+        np.testing.assert_allclose(turned["semi_axis_max"].values[k], axes[0], rtol=1e-6)
+
+
 def test_limits_are_events_and_keep_their_numbers(robot, down):
     torque = np.max(np.abs(down["motor_torque"].values), axis=1)
     most = 0.5 * (torque[0] + np.nanmax(torque))
