@@ -5,7 +5,6 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from operator import attrgetter
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -16,77 +15,7 @@ from ..errors import InputError
 from ..geometry import floats, namespace
 from ..robots.labels import segment_missing
 from ..robots.robot import Robot
-from ..rods.segments import first_length
-
-
-@dataclasses.dataclass(frozen=True)
-class Entry:
-    """One number of a robot: where it is, and whether ρ is its reciprocal.
-
-    **Attributes:**
-
-    - `label`: as written by the user.
-    - `path`: attributes from the robot to the array, joined by dots.
-    - `index`: into that array.
-    - `reciprocal`: the robot holds `1 / ρ` (stiffnesses and radii).
-    - `unit`: SI unit of ρ.
-    """
-
-    label: str
-    path: str
-    index: tuple[int, ...]
-    reciprocal: bool
-    unit: str
-
-    def get(self, robot: Robot) -> Float[Array, ""]:
-        """The value of ρ."""
-        number = attrgetter(self.path)(robot)[self.index]
-        return 1.0 / number if self.reciprocal else number
-
-    def set(self, robot: Robot, value: Float[Array, ""]) -> Robot:
-        """The robot with another value of ρ."""
-        number = 1.0 / value if self.reciprocal else value
-        leaf = attrgetter(self.path)(robot)
-        return eqx.tree_at(attrgetter(self.path), robot, leaf.at[self.index].set(number))
-
-    def place(self, robot: Robot) -> tuple[int, ...]:
-        """The index, counted from the front."""
-        shape = attrgetter(self.path)(robot).shape
-        return tuple(i % n for i, n in zip(self.index, shape, strict=True))
-
-    def places(self, robot: Robot) -> frozenset[tuple[str, tuple[int, ...]]]:
-        """All numbers of the robot that it stands for."""
-        return frozenset({(self.path, self.place(robot))})
-
-
-@dataclasses.dataclass(frozen=True)
-class BendingStiffness(Entry):
-    """Of a rod in space: ρ is that about its last axis, that about the other goes with it."""
-
-    def set(self, robot: Robot, value: Float[Array, ""]) -> Robot:
-        leaf = attrgetter(self.path)(robot)
-        leaf = leaf.at[(*self.index[:-1], slice(1, 3))].multiply(self.get(robot) / value)
-        return eqx.tree_at(attrgetter(self.path), robot, leaf)
-
-    def places(self, robot: Robot) -> frozenset[tuple[str, tuple[int, ...]]]:
-        rod = self.place(robot)[:-1]
-        return frozenset((self.path, (*rod, axis)) for axis in (1, 2))
-
-
-@dataclasses.dataclass(frozen=True)
-class SegmentLength(Entry):
-    """The length of one segment of a rod; the others keep theirs, the whole rod changes."""
-
-    def get(self, robot: Robot) -> Float[Array, ""]:
-        if self.path == _LENGTH:
-            return first_length(robot.legs.rod)[self.index]
-        return super().get(robot)
-
-    def set(self, robot: Robot, value: Float[Array, ""]) -> Robot:
-        whole = robot.legs.rod.length.at[self.index[0]].add(value - self.get(robot))
-        if self.path != _LENGTH:
-            robot = super().set(robot, value)
-        return eqx.tree_at(attrgetter(_LENGTH), robot, whole)
+from .entries import LENGTH, BendingStiffness, Common, Entry, SegmentLength
 
 
 @dataclasses.dataclass(frozen=True)
@@ -118,14 +47,14 @@ class Selection:
         return robot
 
 
-_LENGTH, _COMPLIANCE = "legs.rod.length", "legs.rod.curvature_compliance"
+_COMPLIANCE = "legs.rod.curvature_compliance"
 
 # Name: (path, index behind the leg's, reciprocal, unit). `i` is a leg, `axis` a world axis.
 _LEG = {
     "k_b": (_COMPLIANCE, (-1,), True, "N m^2"),
     "r_c": ("legs.rod.precurvature", (-1,), True, "m"),
     "kappa": ("legs.rod.precurvature", (-1,), False, "1/m"),
-    "l": (_LENGTH, (), False, "m"),
+    "l": (LENGTH, (), False, "m"),
     "a": ("legs.a", (0,), False, "m"),
     "b": ("legs.b", (0,), False, "m"),
 }
@@ -134,7 +63,7 @@ _AXIS = {
     "f": ("legs.rod.force", "N/m"),
 }
 _PATH = re.compile(r"([a-z][\w.]*)\[([\d, ]*)\]")
-_LEG_LABEL = re.compile(r"(k_b|k_t|k_2|k_3|r_c|kappa|l|a|b)(\d+)(?:_(\d+))?")
+_LEG_LABEL = re.compile(r"(k_b|k_t|k_2|k_3|r_c|kappa|l|a|b)(\d*)(?:_(\d+))?")
 _AXIS_LABEL = re.compile(r"(base|f)(\d+)(?:_(\d+))?_([xyz])")
 _LOAD_LABEL = re.compile(r"(f_P|m_P)_([xyz])")
 
@@ -151,7 +80,9 @@ def select(
         (precurvature, likewise), `l1`, `a1`, `b1` (lengths), `base1_y` (motor position), `f1_y`
         (distributed load), `f_P_y`, `m_P_x` (load), in space `k_t1`, `k_21`, `k_31` (stiffness
         about one axis); of a rod with further segments `k_b1_2` (of leg 1, segment 2), `r_c1_2`,
-        `kappa1_2`, `l1_2`, `f1_2_y`; or any array of the robot with an index, such as
+        `kappa1_2`, `l1_2`, `f1_2_y`; of all legs and segments at once, their ratios kept, `k_b`,
+        `k_t`, `k_2`, `k_3`, `r_c`, `kappa`, `l`, `a`, `b`, such as of rods cut from one bar: the
+        value is that of the first; or any array of the robot with an index, such as
         `legs.joint.lever[0]`. Legs and segments count from 1, indices from 0.
     - `field`: the argument that errors are to name.
     """
@@ -221,6 +152,8 @@ def _entry(robot: Robot, label: str, field: str) -> Entry:
             f"Argument `{field}` must name numbers of the robot, such as 'k_b1', 'r_c1', 'l1', "
             f"'base1_y', 'f_P_y' or 'legs.rod.length[0]', but it names {label!r}."
         )
+    if isinstance(entry, Common):
+        return _checked_common(robot, entry, field)
     try:
         leaf = attrgetter(entry.path)(robot)
         inside = leaf is not None and len(entry.index) == leaf.ndim
@@ -243,13 +176,31 @@ def _entry(robot: Robot, label: str, field: str) -> Entry:
     return entry
 
 
+def _checked_common(robot: Robot, entry: Common, field: str) -> Common:
+    """Refuses a number of all legs that vanishes in the first, from which the others are told."""
+    leaf = attrgetter(entry.path)(robot)
+    if not isinstance(leaf, jax.core.Tracer) and np.asarray(leaf)[(0, *entry.index[-1:])] == 0.0:
+        what = "infinite" if entry.reciprocal else "zero"
+        raise InputError(
+            f"Argument `{field}` must name numbers that have a ratio, but {entry.label!r} of the "
+            f"first leg is {what}: name those of single legs."
+        )
+    return entry
+
+
 def _named(robot: Robot, label: str, field: str) -> Entry | None:
     axes = robot.geometry.axes
     about = enumerate(robot.geometry.stiffnesses)
     of_legs = _LEG | {name: (_COMPLIANCE, (k,), True, "N m^2") for k, name in about}
-    if (match := _LEG_LABEL.fullmatch(label)) and match[1] in of_legs:
+    if label in of_legs:
+        path, rest, reciprocal, unit = of_legs[label]
+        ends = (1, 2) if label == "k_b" and len(robot.geometry.stiffnesses) == 3 else rest
+        # Counted from the front, as where one number is named from two sides.
+        size = attrgetter(path)(robot).shape[-1]
+        return Common(label, path, tuple(k % size for k in ends), reciprocal, unit)
+    if (match := _LEG_LABEL.fullmatch(label)) and match[2] and match[1] in of_legs:
         path, rest, reciprocal, unit = of_legs[match[1]]
-        kind = SegmentLength if path == _LENGTH and match[3] else Entry
+        kind = SegmentLength if path == LENGTH and match[3] else Entry
         if match[1] == "k_b" and len(robot.geometry.stiffnesses) == 3:
             kind = BendingStiffness
         path, index = _place(robot, label, path, _index(match[2]), match[3], field)

@@ -29,12 +29,15 @@ def parameter_dimensions(geometry: str, segments: Sequence[int]) -> dict[str, Di
 
     - `geometry`: "plane" or "space".
     - `segments`: of how many segments the rod of each leg consists. Where there are several, what
-        belongs to one of them is labelled `k_b1_2`: leg 1, segment 2.
+        belongs to one of them is labelled `k_b1_2`: leg 1, segment 2. What belongs to all legs at
+        once has no number: `k_b`.
     """
     axes = AXES[geometry]
     dimensions = {f"f_P_{axis}": FORCE for axis in axes}
     dimensions |= {f"m_P_{axis}": MOMENT for axis in ROTATION_AXES[geometry]}
     stiffnesses = ("k_b",) if geometry == "plane" else ("k_b", "k_t", "k_2", "k_3")
+    dimensions |= dict.fromkeys(stiffnesses, BENDING_STIFFNESS)
+    dimensions |= dict.fromkeys(("r_c", "l", "a", "b"), LENGTH) | {"kappa": CURVATURE}
     for i, count in enumerate(segments, 1):
         for j in [str(i)] if count == 1 else [f"{i}_{k}" for k in range(1, count + 1)]:
             dimensions |= {f"{name}{j}": BENDING_STIFFNESS for name in stiffnesses}

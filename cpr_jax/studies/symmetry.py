@@ -6,6 +6,7 @@ import jax
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..analysis.entries import Common
 from ..analysis.parameters import Selection
 from ..programs import program
 from ..robots.robot import Robot
@@ -90,6 +91,9 @@ def _vary_alike(robot: Robot, selection: Selection, delta, twins: Sequence[int])
     """Whether each number of a leg varies as much as that of the leg on the other side."""
     known = {}
     for entry, half_range in zip(selection.entries, delta, strict=True):
+        # All legs at once are their own mirror image.
+        if isinstance(entry, Common):
+            continue
         known[type(entry), entry.path, entry.place(robot), entry.reciprocal] = half_range
     for (kind, path, index, reciprocal), half_range in known.items():
         if path in ("f_P", "m_P") or half_range == 0.0:

@@ -16,7 +16,7 @@ LABELS = {
     *(
         f"{name}{i}"
         for name in ("k_b", "k_t", "k_2", "k_3", "r_c", "kappa", "l", "a", "b")
-        for i in range(4)
+        for i in ("", *range(4))
     ),
     *(f"{name}{i}_{axis}" for name in ("base", "f") for i in range(4) for axis in "xyz"),
     *(f"{name}_{axis}" for name in ("f_P", "m_P") for axis in "xyz"),
@@ -26,7 +26,7 @@ LABELS = {
 def two_legs(geometry: AbstractGeometry) -> Robot:
     """A robot that has a number for each of its labels."""
     zero = np.zeros(geometry.d)
-    leg = make_leg(geometry, zero, kirchhoff_rod(geometry, 1.0, 1.0, 1.0, force=zero))
+    leg = make_leg(geometry, zero, kirchhoff_rod(geometry, 1.0, 1.0, 1.0, force=zero), a=1.0, b=1.0)
     return make_robot(geometry, [leg, leg], oriented=True)
 
 

@@ -67,7 +67,7 @@ def test_labels_of_uncertain_parameters() -> None:
     for geometry in ("plane", "space"):
         for label in parameter_dimensions(geometry, [1] * 11 + [11]):
             assert CHECK.evolve(schema=SCHEMA["properties"]["uncertainty"]).is_valid({label: 1.0})
-    for label in ("k_b0", "k_b", "base1", "f_Q_y", "K_b1"):
+    for label in ("k_b0", "base", "base1", "f_Q_y", "K_b1"):
         assert not CHECK.evolve(schema=SCHEMA["properties"]["uncertainty"]).is_valid({label: 1.0})
 
 
