@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from ..errors import InputError, shown
 from .frame import Frame
 from .labels import AXES, ROTATION_AXES, parameter_dimension
+from .magnitudes import magnitudes
 from .reading_legs import read_leg
 from .reading_motors import read_motors
 from .reading_platform import read_platform
@@ -118,9 +119,9 @@ def _robot(file: Table) -> RobotSpecification:
         uncertainty=uncertainty,
         warnings=tuple(suspicions(legs, gravity)),
     )
-    if not file.has("home"):
-        return robot
-    return dataclasses.replace(robot, home=_home(frame, robot, file.table("home", "home")))
+    if file.has("home"):
+        robot = dataclasses.replace(robot, home=_home(frame, robot, file.table("home", "home")))
+    return dataclasses.replace(robot, warnings=(*robot.warnings, *magnitudes(robot)))
 
 
 def _home(frame: Frame, robot: RobotSpecification, home: Table) -> HomeSpecification:

@@ -135,7 +135,7 @@ def test_shear_factor() -> None:
         ({"kind": "circle", "radius": 1.0 / np.sqrt(np.pi)}, 0.5),
     ):
         rod = {
-            "length": 1,
+            "length": 9,
             "section": {**section, "shear_factor": factor},
             "material": {"E": "10 kPa", "nu": 0},
             "extensible": True,

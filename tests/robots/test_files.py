@@ -142,6 +142,7 @@ def test_round_trip(name: str, tmp_path: pathlib.Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["robot.toml"]
 
 
+@pytest.mark.filterwarnings("ignore:Argument:UserWarning")
 def test_round_trip_of_random_numbers(tmp_path: pathlib.Path) -> None:
     """Among random compliances are those that are the inverse of no float."""
     random = np.random.default_rng(0)

@@ -1,0 +1,92 @@
+"""Sizes in a robot file that do not fit each other: mostly a unit that was left out."""
+
+import math
+from collections.abc import Iterator
+
+from .specification import HomeSpecification, LegSpecification, RobotSpecification
+
+_SHORTEST, _LONGEST = 1e-3, 10.0
+"""Lengths of rods, m."""
+
+_STOUT = 0.2
+"""Width of a rod by its length from which it is no rod."""
+
+_FAR = 20.0
+"""Rod lengths from which something else is hardly meant."""
+
+_MANY_TURNS = 4.0 * math.pi
+
+_METRES = "a number without a unit is in metres"
+
+
+def magnitudes(robot: RobotSpecification) -> Iterator[str]:
+    """One sentence for each size that looks like a mistake."""
+    rods = [
+        (f"legs[{i}].rod" + (f".segments[{j}]" if leg.further else ""), rod)
+        for i, leg in enumerate(robot.legs)
+        for j, rod in enumerate(leg.segments)
+    ]
+    for field, rod in rods:
+        if not _SHORTEST <= rod.length <= _LONGEST:
+            yield f"Argument `{field}.length` is {rod.length:g} m: {_METRES}."
+            return
+    for field, rod in rods:
+        if rod.section is not None and max(rod.section.sizes) > _STOUT * rod.length:
+            yield (
+                f"Argument `{field}.section` is up to {max(rod.section.sizes):g} m across, "
+                f"but the rod is {rod.length:g} m long: {_METRES}."
+            )
+            return
+    longest = max(sum(rod.length for rod in leg.segments) for leg in robot.legs)
+    for i, leg in enumerate(robot.legs):
+        for field, size in _sizes(leg, robot.legs[0]).items():
+            if size > _FAR * longest:
+                yield (
+                    f"Argument `legs[{i}].{field}` is {size:g} m long or far away, but rods are "
+                    f"{longest:g} m long: {_METRES}."
+                )
+                return
+    if robot.home is not None:
+        yield from _of_home(robot, robot.home, longest)
+    yield from _of_ranges(robot)
+
+
+def _sizes(leg: LegSpecification, first: LegSpecification) -> dict[str, float]:
+    """Distances from the first leg's motor and lengths, m, by their field."""
+    apart = math.dist(leg.base, first.base)
+    lengths = {"a": leg.a, "b": leg.b, "attachment": leg.attachment}
+    return {"base": apart} | {name: math.hypot(*vector) for name, vector in lengths.items()}
+
+
+def _of_home(robot: RobotSpecification, home: HomeSpecification, longest: float) -> Iterator[str]:
+    away = math.dist(home.position, robot.legs[0].base)
+    if away > _FAR * longest:
+        yield (
+            f"Argument `home.position` is {away:g} m from the first motor, but rods are "
+            f"{longest:g} m long: {_METRES}."
+        )
+    for j, (q, turns) in enumerate(zip(home.motors, robot.turning, strict=True)):
+        if turns and abs(q) > _MANY_TURNS:
+            yield (
+                f"Argument `home.motors[{j}]` is {q:g} rad, more than two turns: a number without "
+                "a unit is in radians."
+            )
+
+
+def _of_ranges(robot: RobotSpecification) -> Iterator[str]:
+    """Half ranges that are larger than what they are a range of."""
+    for i, leg in enumerate(robot.legs, 1):
+        rod = leg.rod
+        known = {f"l{i}": rod.length if not leg.further else None}
+        known[f"a{i}"], known[f"b{i}"] = math.hypot(*leg.a), math.hypot(*leg.b)
+        if rod.bending_stiffness is not None and not leg.further:
+            known[f"k_b{i}"] = rod.bending_stiffness[-1]
+        if i == 1:
+            known |= {name[:-1]: value for name, value in known.items()}
+        for label, value in known.items():
+            half_range = robot.uncertainty.get(label, 0.0)
+            if value and half_range > value:
+                yield (
+                    f"Argument `uncertainty.{label}` is {half_range:g} in SI units, more than the "
+                    f"parameter itself, {value:g}: check its unit."
+                )
