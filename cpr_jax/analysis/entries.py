@@ -89,6 +89,8 @@ class SegmentLength(Entry):
 class Common(Entry):
     """A number of all legs, and segments, at once: ρ is that of the first, the ratios are kept.
 
+    Of lengths the first is that of a whole rod.
+
     Rods that were cut from one bar have one material, whose number none of them has for itself.
 
     **Attributes:**
@@ -97,8 +99,6 @@ class Common(Entry):
     """
 
     def get(self, robot: Robot) -> Float[Array, ""]:
-        if self.path == LENGTH:
-            return first_length(robot.legs.rod)[0]
         number = attrgetter(self.path)(robot)[(0, *self.index[-1:])]
         return 1.0 / number if self.reciprocal else number
 

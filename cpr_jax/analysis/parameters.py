@@ -134,8 +134,8 @@ def ranges(
     missing = [label for label in selection.labels if label not in known]
     if missing:
         raise InputError(
-            f"Argument `delta` must give a half range for {missing[0]!r}: {robot.name} declares "
-            "none."
+            f"Argument `delta` must give a half range for {missing[0]!r}, since {robot.name} "
+            "declares none."
         )
     values = [known[label] for label in selection.labels]
     if not values:

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..geometry import AbstractGeometry
+from ..geometry import AbstractGeometry, as_array
 from ..robots.leg import Leg
 from ..robots.robot import Robot
 from ..rods.equations import RodState
@@ -104,7 +104,7 @@ def moved_by(geometry: AbstractGeometry, change: Float[Array, " both"], here: Ro
     p, turn, n, m = jnp.split(change, [d, f, f + d])
     return RodState(
         position=here.position + p,
-        rotation=jnp.stack(geometry.compose(geometry.exp(turn), here.rotation)),
+        rotation=as_array(geometry.compose(geometry.exp(turn), here.rotation)),
         force=here.force + n,
         moment=here.moment + m + 0.5 * geometry.bracket(turn, here.moment),
     )
@@ -118,6 +118,7 @@ def _cut(geometry: AbstractGeometry, leg: Leg, base: LegBase, steps: int, names:
         turn, n, m = jnp.split(change, [r, r + d])
         segment = dataclasses.replace(segment, **numbers)
         rotation = geometry.compose(geometry.exp(turn), start.rotation)
+        frame = geometry.frame(rotation)
         moment = start.moment + m + 0.5 * geometry.bracket(turn, start.moment)
         load, couple = segment.force, segment.moment
         rod = Rod(
@@ -125,8 +126,8 @@ def _cut(geometry: AbstractGeometry, leg: Leg, base: LegBase, steps: int, names:
             curvature_compliance=segment.curvature_compliance,
             precurvature=segment.precurvature,
             strain_compliance=segment.strain_compliance,
-            force=None if load is None else jnp.stack(geometry.unrotate(rotation, load)),
-            moment=None if couple is None else jnp.stack(geometry.to_local(rotation, couple)),
+            force=None if load is None else geometry.inward(frame, load),
+            moment=None if couple is None else geometry.moment_inward(frame, couple),
         )
         first = LegBase(
             position=start.position,
@@ -134,8 +135,8 @@ def _cut(geometry: AbstractGeometry, leg: Leg, base: LegBase, steps: int, names:
             motor=base.motor,
             joint=base.joint,
             rod=rod,
-            force=jnp.stack(geometry.unrotate(rotation, start.force + n)),
-            moment=jnp.stack(geometry.to_local(rotation, moment)),
+            force=geometry.inward(frame, start.force + n),
+            moment=geometry.moment_inward(frame, moment),
         )
         last = to_world(geometry, first, rod_tip(geometry, rod, first.force, first.moment, 1))
         end = jax.lax.stop_gradient(last)
@@ -168,12 +169,12 @@ def _cut(geometry: AbstractGeometry, leg: Leg, base: LegBase, steps: int, names:
 
 def _start(geometry: AbstractGeometry, base: LegBase) -> RodState:
     force, moment = jnp.split(base_wrench(geometry, base), [geometry.d])
-    return RodState(base.position, jnp.stack(base.rotation), force, moment)
+    return RodState(base.position, as_array(base.rotation), force, moment)
 
 
 def _varied(geometry: AbstractGeometry, state: RodState, here: RodState) -> Float[Array, " both"]:
-    turn = geometry.log(geometry.compose(state.rotation, geometry.inverse(here.rotation)))
-    turn = jnp.stack(turn)
+    back = geometry.inverse(here.rotation)
+    turn = as_array(geometry.log(geometry.compose(state.rotation, back)))
     moment = state.moment - here.moment - 0.5 * geometry.bracket(turn, here.moment)
     straight = state.position - here.position, turn, state.force - here.force, moment
     return jnp.concatenate(straight)

@@ -116,7 +116,7 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], pieces: Pieces) -> Sta
         # both, no eigenvalue changes its sign.
         added = _SOFTENING * K
         K = (K + (K + K @ added) @ added) * wrench[:, None] / pose
-        b = jnp.stack(geometry.rotate(tip.rotation, leg.b))
+        b = geometry.outward(geometry.frame(tip.rotation), leg.b)
         A = eye.at[:d, d:].set(-geometry.spin(b))
         K = (A.T @ K @ A).at[d:, d:].add(geometry.lever(b, tip.force))
 
@@ -126,7 +126,7 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], pieces: Pieces) -> Sta
         frame = geometry.compose(orientation, geometry.exp(leg.attachment_rotation))
         released = leg.joint.free[d:]
         Q = _axes(geometry, released, frame, tip.rotation)
-        moment = tip.moment - jnp.stack(geometry.cross(b, tip.force))
+        moment = tip.moment - geometry.moment_of(b, tip.force)
         # In the joint's axes and free of units; what is locked gets a stiffness of one.
         K_joint = (Q.T @ K @ Q) / wrench[:, None] * pose
         moves = Q.T @ follows / pose[:, None] * pose[:n_p]
@@ -180,7 +180,7 @@ def _released_base(geometry: AbstractGeometry, leg: Leg, q, mu, units, carried):
     slides = jnp.zeros_like(tangents).at[f:].set(Q * free)
 
     arm = here.position - here.joint
-    moment = moment + jnp.stack(geometry.cross(arm, force))
+    moment = moment + geometry.moment_of(arm, force)
     scale = units[f] * units[0]
     K = carried + geometry.lever(arm, force) / scale
     axes = Q[d:, d:]
@@ -233,7 +233,7 @@ def _free_end_index(geometry: AbstractGeometry, pieces):
 def _carried(geometry: AbstractGeometry, axes, force, moment) -> Float[Array, "freedoms freedoms"]:
     """Work of a wrench on the motions of a joint along its axes, per motion that carries them."""
     d = geometry.d
-    slides = jax.vmap(lambda axis: jnp.stack(geometry.cross(axis, force)))(axes[:d, :d].T)
+    slides = jax.vmap(lambda axis: geometry.moment_of(axis, force))(axes[:d, :d].T)
     turns = jax.vmap(lambda axis: 0.5 * geometry.bracket(axis, moment))(axes[d:, d:].T)
     return jnp.zeros_like(axes).at[:, d:].set(jnp.concatenate([slides, turns]))
 

@@ -21,6 +21,9 @@ from .inputs import Request
 from .path_inputs import PathRequest
 from .session import NoSolution, load, print_json, start_jax
 
+_ROUNDING = 1e-13
+"""Of the largest number of a column."""
+
 
 def trajectory(request: Request, options: PathRequest, as_json: bool) -> int:
     """Writes `trajectory.nc`, the motors as CSV and a figure; prints what happens on the way."""
@@ -103,6 +106,7 @@ def _table(dataset: xr.Dataset) -> str:
     columns = np.column_stack(
         [dataset["s"], dataset["q_p"], dataset["q_a"], dataset["motor_torque"], dataset["stable"]]
     )
+    largest = np.nanmax(np.abs(columns[:, :-1]), axis=0)
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     torques = [name.replace("q", "tau") for name in motors]
@@ -110,6 +114,6 @@ def _table(dataset: xr.Dataset) -> str:
     for row, status in zip(columns, dataset["status"].values, strict=True):
         if status in (Status.SOLVED, Status.BEYOND_LIMITS):
             # Zero rather than what rounding leaves of it.
-            numbers = [f"{value:.12g}" for value in np.round(row[:-1], 14) + 0.0]
-            writer.writerow([*numbers, int(row[-1])])
+            kept = np.where(np.abs(row[:-1]) > _ROUNDING * largest, row[:-1], 0.0)
+            writer.writerow([*(f"{value:.12g}" for value in kept), int(row[-1])])
     return text.getvalue()

@@ -60,7 +60,10 @@ def check_path(arguments: argparse.Namespace, request: Request) -> PathRequest:
 def _read(
     path: str, names: tuple[str, ...], dimensions: list[Dimension]
 ) -> list[tuple[float, ...]]:
-    """Waypoints of a file: numbers or quantities, one waypoint a line, after an optional header."""
+    """Waypoints of a file: numbers or quantities, one waypoint a line.
+
+    After an optional header with the names of its columns, of which those that are needed count.
+    """
     try:
         lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
@@ -69,19 +72,37 @@ def _read(
             f"Argument `--file` must be a file of waypoints, but {shown(path)} is not: {reason}."
         ) from None
     rows: list[tuple[float, ...]] = []
-    header_may_come = True
+    columns: list[int] | None = None
     for number, line in enumerate(lines, start=1):
-        words = re.split(r"[,;\s]+", line.partition("#")[0].strip(" ,;\t"))
-        if words == [""]:
+        text = line.partition("#")[0].strip()
+        if not text:
             continue
-        labels = [word.strip("\"'").removeprefix("p_P_") for word in words]
-        if header_may_come and all(re.match(r"[A-Za-z_]", label) for label in labels):
-            if tuple(labels) != tuple(names):
+        words = _words(text)
+        labels = [word.removeprefix("p_P_") for word in words]
+        if columns is None and any(label in names for label in labels):
+            missing = [name for name in names if name not in labels]
+            if missing:
                 raise InputError(
-                    f"Argument `--file` must have the columns {', '.join(names)}, but line "
-                    f"{number} of {path} names {', '.join(labels)}."
+                    f"Argument `--file` must have columns {', '.join(names)}, but line {number} "
+                    f"of {path} does not name {missing[0]}."
                 )
-        else:
-            rows.append(numbers(f"--file, line {number}", words, dimensions))
-        header_may_come = False
+            columns = [labels.index(name) for name in names]
+            width = len(words)
+            continue
+        if columns is None:
+            columns, width = list(range(len(names))), len(names)
+        if len(words) != width:
+            raise InputError(
+                f"Argument `--file, line {number}` must be {width} numbers, but there are "
+                f"{len(words)}."
+            )
+        texts = [words[column] for column in columns]
+        rows.append(numbers(f"--file, line {number}", texts, dimensions))
     return rows
+
+
+def _words(text: str) -> list[str]:
+    """The fields of a line: between commas or semicolons, where quantities may have blanks."""
+    if not re.search("[,;]", text):
+        return text.split()
+    return [word.strip().strip('"').strip() for word in re.split("[,;]", text)]

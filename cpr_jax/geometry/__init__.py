@@ -3,6 +3,7 @@
 from .abstract import AbstractGeometry as AbstractGeometry
 from .abstract import Components as Components
 from .abstract import Numbers as Numbers
+from .abstract import as_array as as_array
 from .abstract import floats as floats
 from .abstract import namespace as namespace
 from .abstract import unchanged as unchanged

@@ -44,6 +44,13 @@ def unchanged(values: Any) -> jax.Array:
     return jnp.asarray(array, jax.dtypes.canonicalize_dtype(array.dtype))
 
 
+def as_array(components: Components) -> Any:
+    """Components as one array: outside of integrations the size of a program counts."""
+    if isinstance(components, (jax.Array, np.ndarray)):
+        return components
+    return namespace(components).stack(components)
+
+
 class AbstractGeometry(abc.ABC):
     """The Euclidean group of the plane or of space, in components.
 
@@ -91,23 +98,30 @@ class AbstractGeometry(abc.ABC):
         """The rotation that does nothing."""
 
     @abc.abstractmethod
-    def rotate(self, rotation: Components, vector: Components) -> Components:
+    def rows(self, rotation: Components) -> Any:
+        """A rotation in the form in which `rotate` and its kin apply it, in components.
+
+        In space the rows of its matrix: a rod turns several vectors at each of its points.
+        """
+
+    @abc.abstractmethod
+    def rotate(self, rows: Any, vector: Components) -> Components:
         """A vector of the local frame, expressed in the outer one: `R v`."""
 
     @abc.abstractmethod
-    def unrotate(self, rotation: Components, vector: Components) -> Components:
+    def unrotate(self, rows: Any, vector: Components) -> Components:
         """A vector of the outer frame, expressed in the local one: `Rᵀ v`."""
 
     @abc.abstractmethod
-    def to_local(self, rotation: Components, moment: Components) -> Components:
+    def to_local(self, rows: Any, moment: Components) -> Components:
         """A moment of the outer frame, expressed in the local one."""
 
     @abc.abstractmethod
-    def to_outer(self, rotation: Components, moment: Components) -> Components:
+    def to_outer(self, rows: Any, moment: Components) -> Components:
         """A moment of the local frame, expressed in the outer one."""
 
     @abc.abstractmethod
-    def tangent(self, rotation: Components) -> Components:
+    def tangent(self, rows: Any) -> Components:
         """The first local axis in the outer frame."""
 
     @abc.abstractmethod
@@ -199,6 +213,10 @@ class AbstractGeometry(abc.ABC):
     @abc.abstractmethod
     def cross(self, arm: Components, force: Components) -> Components:
         """The moment `arm × force`."""
+
+    @abc.abstractmethod
+    def moment_of(self, arm: Float[Array, " d"], force: Float[Array, " d"]) -> Float[Array, " r"]:
+        """As `cross`, of arrays outside of integrations."""
 
     @abc.abstractmethod
     def bracket(self, turn: Float[Array, " r"], moment: Float[Array, " r"]) -> Float[Array, " r"]:

@@ -18,24 +18,27 @@ class Plane(AbstractGeometry):
     def identity(self) -> tuple[float, ...]:
         return (1.0, 0.0)
 
-    def rotate(self, rotation: Components, vector: Components) -> Components:
-        c, s = rotation
+    def rows(self, rotation: Components) -> Components:
+        return rotation
+
+    def rotate(self, rows: Components, vector: Components) -> Components:
+        c, s = rows
         y, z = vector
         return c * y - s * z, s * y + c * z
 
-    def unrotate(self, rotation: Components, vector: Components) -> Components:
-        c, s = rotation
+    def unrotate(self, rows: Components, vector: Components) -> Components:
+        c, s = rows
         y, z = vector
         return c * y + s * z, c * z - s * y
 
-    def to_local(self, rotation: Components, moment: Components) -> Components:
+    def to_local(self, rows: Components, moment: Components) -> Components:
         return moment
 
-    def to_outer(self, rotation: Components, moment: Components) -> Components:
+    def to_outer(self, rows: Components, moment: Components) -> Components:
         return moment
 
-    def tangent(self, rotation: Components) -> Components:
-        c, s = rotation
+    def tangent(self, rows: Components) -> Components:
+        c, s = rows
         return c, s
 
     def rate(self, rotation: Components, curvature: Components) -> Components:
@@ -96,6 +99,9 @@ class Plane(AbstractGeometry):
 
     def cross(self, arm: Components, force: Components) -> Components:
         return (arm[0] * force[1] - arm[1] * force[0],)
+
+    def moment_of(self, arm: Float[Array, "2"], force: Float[Array, "2"]) -> Float[Array, "1"]:
+        return jnp.stack(self.cross(arm, force))
 
     def bracket(self, turn: Float[Array, "1"], moment: Float[Array, "1"]) -> Float[Array, "1"]:
         return jnp.zeros_like(moment)

@@ -3,9 +3,10 @@
 from typing import Any
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from .abstract import AbstractGeometry, Components, namespace
+from .abstract import AbstractGeometry, Components, as_array, namespace
 
 # Below this squared angle the series of sin and cos are exact to rounding.
 _SMALL = 1e-4
@@ -23,24 +24,33 @@ class Space(AbstractGeometry):
     def identity(self) -> tuple[float, ...]:
         return (1.0, 0.0, 0.0, 0.0)
 
-    def rotate(self, rotation: Components, vector: Components) -> Components:
-        w, *axis = rotation
-        twice = [2.0 * c for c in self.cross(axis, vector)]
-        turned = self.cross(axis, twice)
-        return tuple(v + w * t + u for v, t, u in zip(vector, twice, turned, strict=True))
-
-    def unrotate(self, rotation: Components, vector: Components) -> Components:
-        return self.rotate(self.inverse(rotation), vector)
-
-    def to_local(self, rotation: Components, moment: Components) -> Components:
-        return self.unrotate(rotation, moment)
-
-    def to_outer(self, rotation: Components, moment: Components) -> Components:
-        return self.rotate(rotation, moment)
-
-    def tangent(self, rotation: Components) -> Components:
+    def rows(self, rotation: Components) -> Any:
         w, x, y, z = rotation
-        return 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)
+        a, b, c = 2.0 * x, 2.0 * y, 2.0 * z
+        xx, yy, zz = a * x, b * y, c * z
+        xy, yz, zx = a * y, b * z, c * x
+        wx, wy, wz = w * a, w * b, w * c
+        return (
+            (1.0 - (yy + zz), xy - wz, zx + wy),
+            (xy + wz, 1.0 - (xx + zz), yz - wx),
+            (zx - wy, yz + wx, 1.0 - (xx + yy)),
+        )
+
+    def rotate(self, rows: Any, vector: Components) -> Components:
+        x, y, z = vector
+        return tuple(a * x + b * y + c * z for a, b, c in rows)
+
+    def unrotate(self, rows: Any, vector: Components) -> Components:
+        return self.rotate(zip(*rows, strict=True), vector)
+
+    def to_local(self, rows: Any, moment: Components) -> Components:
+        return self.unrotate(rows, moment)
+
+    def to_outer(self, rows: Any, moment: Components) -> Components:
+        return self.rotate(rows, moment)
+
+    def tangent(self, rows: Any) -> Components:
+        return tuple(row[0] for row in rows)
 
     def rate(self, rotation: Components, curvature: Components) -> Components:
         w, x, y, z = rotation
@@ -52,15 +62,8 @@ class Space(AbstractGeometry):
             w * c + x * b - y * a,
         )
 
-    def compose(self, outer: Components, inner: Components) -> Components:
-        w, x, y, z = outer
-        v, a, b, c = inner
-        return (
-            w * v - x * a - y * b - z * c,
-            w * a + x * v + y * c - z * b,
-            w * b + y * v + z * a - x * c,
-            w * c + z * v + x * b - y * a,
-        )
+    def compose(self, outer: Components, inner: Components) -> Float[Array, "4"]:
+        return _bilinear(_PRODUCT, outer, inner)
 
     def inverse(self, rotation: Components) -> Components:
         w, x, y, z = rotation
@@ -70,36 +73,31 @@ class Space(AbstractGeometry):
         norm = jnp.sqrt(sum(c * c for c in rotation))
         return tuple(c / norm for c in rotation)
 
-    def exp(self, vector: Components) -> Components:
-        xp = namespace(*vector)
-        squared = _squared(vector)
+    def exp(self, vector: Components) -> Float[Array, "4"]:
+        xp = namespace(vector)
+        turn = as_array(vector)
+        squared = xp.sum(turn * turn, axis=0)
         small = squared < _SMALL
         half = 0.5 * xp.sqrt(xp.where(small, 1.0, squared))
-        w = xp.where(small, 1.0 - squared / 8.0 + squared**2 / 384.0, xp.cos(half))
-        factor = xp.where(
-            small, 0.5 - squared / 48.0 + squared**2 / 3840.0, xp.sin(half) / (2.0 * half)
-        )
-        return w, *(factor * c for c in vector)
+        w = xp.where(small, _series(squared, 1.0, -1 / 8, 1 / 384), xp.cos(half))
+        sinc = _series(squared, 1 / 2, -1 / 48, 1 / 3840)
+        factor = xp.where(small, sinc, xp.sin(half) / (2.0 * half))
+        return xp.concatenate([w[None], factor * turn])
 
-    def log(self, rotation: Components) -> Components:
+    def log(self, rotation: Components) -> Float[Array, "3"]:
+        quaternion = as_array(rotation)
         # q and -q are one rotation; the sign of w chooses the shorter way round.
-        sign = jnp.where(rotation[0] < 0.0, -1.0, 1.0)
-        w, *axis = (sign * c for c in rotation)
-        squared = _squared(axis)
+        quaternion = jnp.where(quaternion[0] < 0.0, -quaternion, quaternion)
+        w, axis = quaternion[0], quaternion[1:]
+        squared = jnp.sum(axis * axis, axis=0)
         small = squared < _SMALL
         sine = jnp.sqrt(jnp.where(small, 1.0, squared))
-        series = 2.0 + squared / 3.0 + 3.0 * squared**2 / 20.0 + 5.0 * squared**3 / 56.0
+        series = _series(squared, 2.0, 1 / 3, 3 / 20, 5 / 56)
         factor = jnp.where(small, series, 2.0 * jnp.arctan2(sine, w) / sine)
-        return tuple(factor * c for c in axis)
+        return factor * axis
 
     def matrix(self, rotation: Components) -> Float[Array, "3 3"]:
-        w, x, y, z = rotation
-        rows = (
-            (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
-            (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
-            (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
-        )
-        return jnp.stack([jnp.stack(row) for row in rows])
+        return _bilinear(_MATRIX, rotation, rotation)
 
     def frame(self, rotation: Components) -> Float[Array, "3 3"]:
         return self.matrix(rotation)
@@ -127,15 +125,14 @@ class Space(AbstractGeometry):
 
     def misalignment(self, free: Float[Array, "3"], rotation: Components) -> Float[Array, "3"]:
         # The axes of a universal joint stay at right angles; elsewhere nothing turns at all.
-        w, x, y, z = rotation
-        across = jnp.stack([y * z + w * x, w * y - x * z, x * y + w * z])
-        return jnp.where(_universal(free), 2.0 * across, jnp.stack(self.log(rotation)))
+        across = _bilinear(_ACROSS, rotation, rotation)
+        return jnp.where(_universal(free), across, self.log(rotation))
 
     def joint_axes(
         self, free: Float[Array, "3"], outer: Float[Array, "3 3"], leg: Float[Array, "3 3"]
     ) -> Float[Array, "3 3"]:
         axes = jnp.where(self.later(free) > 0.5, leg, outer)
-        normals = jnp.stack(self.cross(jnp.roll(axes, 2, axis=1), jnp.roll(axes, 1, axis=1)))
+        normals = self.moment_of(jnp.roll(axes, 2, axis=1), jnp.roll(axes, 1, axis=1))
         return jnp.where(_universal(free), normals, axes)
 
     def cross(self, arm: Components, force: Components) -> Components:
@@ -143,12 +140,15 @@ class Space(AbstractGeometry):
         a, b, c = force
         return y * c - z * b, z * a - x * c, x * b - y * a
 
+    def moment_of(self, arm: Float[Array, "3"], force: Float[Array, "3"]) -> Float[Array, "3"]:
+        return _bilinear(_PRODUCT[1:, 1:, 1:], arm, force)
+
     def bracket(self, turn: Float[Array, "3"], moment: Float[Array, "3"]) -> Float[Array, "3"]:
-        return jnp.cross(turn, moment)
+        return self.moment_of(turn, moment)
 
     def magnitude(self, moment: Float[Array, "3"]) -> Float[Array, ""]:
         # Where it vanishes, its derivative is taken as zero.
-        squared = _squared(moment)
+        squared = jnp.sum(moment * moment, axis=0)
         some = squared > 0.0
         return jnp.where(some, jnp.sqrt(jnp.where(some, squared, 1.0)), 0.0)
 
@@ -162,9 +162,40 @@ def _universal(free: Float[Array, "3"]) -> Bool[Array, "3"]:
     return (free < 0.5) & (jnp.sum(free, axis=0) == 2.0)
 
 
-def _squared(vector: Components) -> Any:
-    x, y, z = vector
-    return x * x + y * y + z * z
+def _series(x: Any, *coefficients: float) -> Any:
+    """A polynomial by Horner's rule, its constant first: powers take more operations."""
+    *others, total = coefficients
+    for coefficient in reversed(others):
+        total = coefficient + x * total
+    return total
+
+
+def _product_of_quaternions() -> Float[np.ndarray, "4 4 4"]:
+    """The table of `(p q)_i = P_ijk p_j q_k`; without its first entries that of `a × b`."""
+    table = np.zeros((4, 4, 4))
+    table[0, 0, 0] = 1.0
+    for i in range(3):
+        axis, after, last = (1 + (i + k) % 3 for k in range(3))
+        table[0, axis, axis] = -1.0
+        table[axis, 0, axis] = table[axis, axis, 0] = 1.0
+        table[axis, after, last], table[axis, last, after] = 1.0, -1.0
+    return table
+
+
+_PRODUCT = _product_of_quaternions()
+
+# `(R e_b)_a`: component a of `q e_b q*`, by components of q and q.
+_CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
+_MATRIX = np.einsum("mib,amj,j->abij", _PRODUCT[:, :, 1:], _PRODUCT[1:], _CONJUGATE)
+
+# Products of the axes of the leg and of what carries the joint, but for the axis that is locked.
+_ACROSS = _MATRIX[[2, 2, 1], [1, 0, 0]] * np.array([1.0, -1.0, 1.0])[:, None, None]
+
+
+def _bilinear(table: Float[np.ndarray, "*out j k"], a: Components, b: Components) -> Array:
+    """`Σ table_jk a_j b_k`, in few operations: written out, it is fast in loops along rods only."""
+    pairs = as_array(a)[:, None] * as_array(b)
+    return jnp.tensordot(table.astype(pairs.dtype), pairs, axes=2)
 
 
 SPACE = Space()

@@ -49,6 +49,16 @@ def parameter_dimensions(geometry: str, segments: Sequence[int]) -> dict[str, Di
     return dimensions
 
 
+def is_part_of(label: str, whole: str) -> bool:
+    """Whether a label names a number that another one, of all legs at once, stands for too."""
+    groups = {"k_b": "k_b|k_2|k_3", "r_c": "r_c|kappa", "kappa": "r_c|kappa"}
+    group = groups.get(whole, whole)
+    if whole in ("k_2", "k_3"):
+        group = f"k_b|{whole}"
+    of_a_leg = re.fullmatch(rf"(?:{group})\d*(?:_\d+)?", label) is not None
+    return of_a_leg and re.fullmatch(r"[a-z]+(?:_[a-z\d])?", whole) is not None
+
+
 def segment_missing(label: str, leg: int, count: int, field: str) -> InputError:
     """The error that a label of leg `leg` does not say which of `count` segments it means."""
     example = re.sub(r"(_[xyz])?$", r"_1\1", label, count=1)

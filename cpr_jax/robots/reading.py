@@ -1,13 +1,14 @@
 """Robot files and their mappings, read and checked; the format is in docs/robot-files.md."""
 
 import dataclasses
+import itertools
 import os
 import tomllib
 from collections.abc import Mapping
 
 from ..errors import InputError, shown
 from .frame import Frame
-from .labels import AXES, ROTATION_AXES, parameter_dimension
+from .labels import AXES, ROTATION_AXES, is_part_of, parameter_dimension
 from .magnitudes import magnitudes
 from .reading_legs import read_leg
 from .reading_motors import read_motors
@@ -108,6 +109,11 @@ def _robot(file: Table) -> RobotSpecification:
             segments = [len(leg.segments) for leg in legs]
             dimension = parameter_dimension(label, geometry, segments, entry.field)
             uncertainty[label] = entry.quantity(dimension, Sign.POSITIVE)
+        for one, other in itertools.permutations(uncertainty, 2):
+            if is_part_of(other, one):
+                raise table.entry(other).error(
+                    f"left out beside `{one}`, which stands for all legs"
+                )
     robot = RobotSpecification(
         name=name,
         geometry=geometry,

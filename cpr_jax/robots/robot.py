@@ -290,7 +290,7 @@ def in_space(robot: Robot) -> Robot:
 
     def turned(angles):
         def one(angle, v):
-            return jnp.stack(SPACE.log(SPACE.compose(SPACE.exp(angle), SPACE.exp(v))))
+            return SPACE.log(SPACE.compose(SPACE.exp(angle), SPACE.exp(v)))
 
         return jax.vmap(one)(about_x(angles), to_plane)
 

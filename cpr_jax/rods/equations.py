@@ -39,11 +39,13 @@ class RodEnergy(NamedTuple):
     tip: RodState
 
 
-def strains(
-    geometry: AbstractGeometry, state: RodState, rod: Rod
-) -> tuple[Components | None, Components]:
-    """Local strain beyond the tangent (`None` if unstrained) and local curvature, 1/m."""
-    moment = geometry.to_local(state.rotation, state.moment)
+def strains(rod: Rod, force: Components, moment: Components) -> tuple[Any, Components]:
+    """Local strain beyond the tangent (`None` if unstrained) and local curvature, 1/m.
+
+    **Arguments:**
+
+    - `force`, `moment`: in local axes.
+    """
     curvature = tuple(
         compliance * m + rest
         for compliance, m, rest in zip(
@@ -52,8 +54,15 @@ def strains(
     )
     if rod.strain_compliance is None:
         return None, curvature
-    force = geometry.unrotate(state.rotation, state.force)
     return tuple(c * n for c, n in zip(rod.strain_compliance, force, strict=True)), curvature
+
+
+def _in_local_axes(geometry: AbstractGeometry, rows: Any, state: RodState, rod: Rod):
+    """Force, unless nothing gives way to it, and moment; `rows` of the state's rotation."""
+    moment = geometry.to_local(rows, state.moment)
+    if rod.strain_compliance is None:
+        return (), moment
+    return geometry.unrotate(rows, state.force), moment
 
 
 def right_hand_side(geometry: AbstractGeometry, state: RodState, rod: Rod) -> RodState:
@@ -64,10 +73,11 @@ def right_hand_side(geometry: AbstractGeometry, state: RodState, rod: Rod) -> Ro
         p' = R (e_1 + C_v Rᵀ n)         n' = -f
         R' = R [C_u Rᵀ m + 1/r_c]×      m' = -p' × n - l
     """
-    strain, curvature = strains(geometry, state, rod)
-    direction = geometry.tangent(state.rotation)
+    rows = geometry.rows(state.rotation)
+    strain, curvature = strains(rod, *_in_local_axes(geometry, rows, state, rod))
+    direction = geometry.tangent(rows)
     if strain is not None:
-        stretched = geometry.rotate(state.rotation, strain)
+        stretched = geometry.rotate(rows, strain)
         direction = tuple(t + v for t, v in zip(direction, stretched, strict=True))
     moment = tuple(-c for c in geometry.cross(direction, state.force))
     if rod.moment is not None:
@@ -79,16 +89,18 @@ def right_hand_side(geometry: AbstractGeometry, state: RodState, rod: Rod) -> Ro
     return RodState(direction, geometry.rate(state.rotation, curvature), force, moment)
 
 
-def strain_energy_density(
-    geometry: AbstractGeometry, state: RodState, rod: Rod
-) -> Float[Array, ""]:
+def strain_energy_density(rod: Rod, force: Components, moment: Components) -> Float[Array, ""]:
     """Elastic energy per length, N: `½ m·C_u m + ½ n·C_v n` in local axes."""
-    moment = geometry.to_local(state.rotation, state.moment)
     energy = sum(c * m * m for c, m in zip(rod.curvature_compliance, moment, strict=True))
     if rod.strain_compliance is not None:
-        force = geometry.unrotate(state.rotation, state.force)
         energy += sum(c * n * n for c, n in zip(rod.strain_compliance, force, strict=True))
     return 0.5 * energy
+
+
+def energy_density_at(geometry: AbstractGeometry, state: RodState, rod: Rod) -> Float[Array, ""]:
+    """`strain_energy_density` of a state in other axes."""
+    rows = geometry.rows(state.rotation)
+    return strain_energy_density(rod, *_in_local_axes(geometry, rows, state, rod))
 
 
 def rates_at_end(geometry: AbstractGeometry, end: Any, rod: Rod) -> Any:
@@ -97,5 +109,5 @@ def rates_at_end(geometry: AbstractGeometry, end: Any, rod: Rod) -> Any:
     state = RodState(*(tuple(part) for part in tip))
     rates = RodState(*(jnp.stack(part) for part in right_hand_side(geometry, state, rod)))
     if isinstance(end, RodEnergy):
-        return RodEnergy(strain_energy_density(geometry, state, rod), tip.position, rates)
+        return RodEnergy(energy_density_at(geometry, state, rod), tip.position, rates)
     return rates

@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 
 from ..geometry import AbstractGeometry
 from ..kernel import one_kernel
-from .equations import RodEnergy, RodState, right_hand_side, strain_energy_density
+from .equations import RodEnergy, RodState, energy_density_at, right_hand_side
 from .rod import Rod
 from .segments import segments_of
 from .solver import ExtrapolatedMidpoint, Scheme, Steps, as_scheme
@@ -131,7 +131,7 @@ def _solve(geometry, scheme, readout, rod, force, moment):
             full = state._replace(force=force_after(t))
             rates = right_hand_side(geometry, full, rod)._replace(force=())
             if quadratures:
-                quadratures = (strain_energy_density(geometry, full, rod), *full.position)
+                quadratures = (energy_density_at(geometry, full, rod), *full.position)
             return [stride * rate for rate in jax.tree.leaves((rates, quadratures))]
 
         # Steps of one size need no controller: stepped by hand, a rod is traced in a tenth of the

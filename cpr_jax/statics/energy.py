@@ -85,12 +85,12 @@ def bows_of(robot: Robot, y: Float[Array, " n_y"], rods: Rods) -> Float[Array, "
     """`Measures.bows`."""
     geometry = robot.geometry
     q_p = unravel(robot, y).q_p
-    orientation = robot.orientation(q_p)
+    platform = geometry.frame(robot.orientation(q_p))
 
     def one(leg, rod: Rods):
-        arm = jnp.stack(geometry.rotate(orientation, leg.attachment_position))
+        arm = geometry.outward(platform, leg.attachment_position)
         line = q_p[: geometry.d] + arm - rod.bases
-        area = jnp.stack(geometry.cross(line, rod.positions / rod.lengths - rod.bases))
+        area = geometry.moment_of(line, rod.positions / rod.lengths - rod.bases)
         return geometry.magnitude(area) / (_length(line) * rod.lengths)
 
     return jax.vmap(one)(robot.legs, rods)

@@ -40,6 +40,13 @@ _LIGHT, _LOOSE = 0.5, 0.05
 `unknown_scales`."""
 
 
+_FACTORS = 2.0 ** np.linspace(-3.0, 3.0, 33)
+"""By which wrenches of a neighbour are scaled, and ..."""
+
+_NEAR = 2.0 ** (np.array([[0.1875], [0.0375], [0.0]]) * np.linspace(-1.0, 1.0, 11))
+"""... how far on to both sides around those of which the joints gape less than at the next ones."""
+
+
 def follow_path(
     robot: Robot,
     imposed: Float[Array, "n_a n_q"],
@@ -227,7 +234,6 @@ def fitted(robot: Robot, y: Float[Array, " n_y"], steps: Steps = DEFAULT_STEPS) 
     to have another shape, and to follow it is what the way is for.
     """
     state = unravel(robot, y)
-    factors = 2.0 ** jnp.linspace(-3.0, 3.0, 49)
     moves = base_freedoms(robot) > 0.5
 
     def strained(factor):
@@ -238,8 +244,20 @@ def fitted(robot: Robot, y: Float[Array, " n_y"], steps: Steps = DEFAULT_STEPS) 
         left = jnp.max(jnp.abs(_gap(robot, scaled, steps)[robot.n_p :]))
         return jnp.where(jnp.isfinite(left), left, jnp.inf)
 
-    factor = factors[jnp.argmin(jax.vmap(missing)(factors))]
-    return ravel(state._replace(mu=strained(factor)))
+    def closer(factors, near):
+        gaps = jax.vmap(missing)(factors)
+        beside = jnp.pad(gaps, 1, constant_values=jnp.inf)
+        lowest = (gaps <= beside[:-2]) & (gaps <= beside[2:])
+        _, places = jax.lax.top_k(
+            jnp.where(lowest, -gaps, -jnp.inf), len(_FACTORS) // _NEAR.shape[1]
+        )
+        around = factors[places, None] * near
+        return around.reshape(-1), factors[jnp.argmin(gaps)]
+
+    # The right valley is so narrow that between two factors a wrong one may look deeper. A loop
+    # keeps one copy of the integration in the compiled program.
+    _, best = jax.lax.scan(closer, jnp.asarray(_FACTORS), jnp.asarray(_NEAR))
+    return ravel(state._replace(mu=strained(best[-1])))
 
 
 def _gap(robot: Robot, y: Float[Array, " n_y"], steps: Steps) -> Float[Array, " n_r"]:

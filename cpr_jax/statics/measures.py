@@ -6,21 +6,20 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..robots.robot import Robot
-from ..rods.equations import RodState, strain_energy_density, strains
+from ..rods.equations import strain_energy_density, strains
 from ..rods.solver import Steps
 from .accuracy import errors_between
 from .energy import bows_of, integrated, total_energy
 from .residual import base_wrench, leg_base, residual
 from .singular_values import norm_2, smallest
-from .unknowns import unknown_scales, unravel
+from .unknowns import row_scales, scales, unknown_scales, unravel
 
 
 class Measures(eqx.Module):
     """What an equilibrium says beside its unknowns.
 
-    All are differentiable once, energy and torques to any order; derivatives of dimensionless
-    numbers are those with their units, `scales(robot)`, held. Estimates of errors have slopes of
-    zero.
+    All are differentiable once, energy and torques to any order, dimensionless numbers with their
+    units, `scales(robot)`. Estimates of errors have slopes of zero.
 
     **Attributes:**
 
@@ -71,6 +70,13 @@ def _jacobian(robot: Robot, y: Float[Array, " n_y"], steps: Steps):
     return jax.jacfwd(rows, has_aux=True)(y / units)
 
 
+def _units_by_themselves(robot: Robot):
+    """Ones for rows and columns of a Jacobian, with the logarithmic slopes of their units."""
+    units = scales(robot, held=False)
+    ones = jax.tree.map(lambda unit: unit / jax.lax.stop_gradient(unit), units)
+    return row_scales(robot, ones), unknown_scales(robot, ones)
+
+
 @jax.custom_jvp
 def _known(robot, y, matrix, steps):
     """A Jacobian that is known, with the derivatives that it has as a function of its robot."""
@@ -82,7 +88,8 @@ def _known_jvp(primals, tangents):
     robot, y, matrix, steps = primals
 
     def jacobian(robot, y):
-        return _jacobian(robot, y, steps)[0]
+        rows, columns = _units_by_themselves(robot)
+        return _jacobian(robot, y, steps)[0] * columns / rows[:, None]
 
     return matrix, jax.jvp(jacobian, (robot, y), tuple(tangents[:2]))[1]
 
@@ -158,20 +165,17 @@ def motor_torques(robot: Robot, y: Float[Array, " n_y"]) -> Float[Array, " n_a"]
 
     def one(leg, q, mu):
         base = leg_base(geometry, leg, q, mu)
-        mounted = geometry.exp(leg.base_rotation)
+        mounted = geometry.frame(geometry.exp(leg.base_rotation))
         arm = base.position - base.motor
         force, moment = jnp.split(base_wrench(geometry, base), [d])
-        moment = moment + jnp.stack(geometry.cross(arm, force))
-        wrench = jnp.stack(
-            [*geometry.unrotate(mounted, force), *geometry.to_local(mounted, moment)]
-        )
-        torque = -leg.screw @ wrench
+        moment = moment + geometry.moment_of(arm, force)
+        wrench = geometry.inward(mounted, force), geometry.moment_inward(mounted, moment)
+        torque = -leg.screw @ jnp.concatenate(wrench)
         if leg.stroke is not None:
             torque -= leg.stroke @ base.force
         if leg.feed is not None:
-            local = RodState((0.0,) * d, geometry.identity, base.force, base.moment)
-            strain, curvature = strains(geometry, local, base.rod)
-            work = strain_energy_density(geometry, local, base.rod) - base.force[0]
+            strain, curvature = strains(base.rod, base.force, base.moment)
+            work = strain_energy_density(base.rod, base.force, base.moment) - base.force[0]
             work -= sum(m * u for m, u in zip(base.moment, curvature, strict=True))
             if strain is not None:
                 work -= sum(n * v for n, v in zip(base.force, strain, strict=True))

@@ -35,11 +35,18 @@ def reaches(robot: Robot) -> Float[np.ndarray, " n"]:
 
 
 def out_of_reach(
-    robot: Robot, targets: Float[np.ndarray, "k n_q"], imposed: Sequence[int]
+    robot: Robot,
+    targets: Float[np.ndarray, "k n_q"],
+    imposed: Sequence[int],
+    share: float = 1.0 + 1e-12,
 ) -> np.ndarray:
     """Whether some leg is shorter than the way from its base to its joint, shape `(k,)`.
 
     Nobody knows of targets whose position is not imposed.
+
+    **Arguments:**
+
+    - `share`: of its reach, from which a leg counts as too short.
     """
     d, n_a = robot.geometry.d, robot.n_a
     q_p = targets[:, n_a:]
@@ -52,10 +59,11 @@ def out_of_reach(
         # A turn that is not imposed may be any.
         arms, slack = np.zeros_like(arms), np.linalg.norm(arms, axis=-1)
     orientation: Any = [np.asarray(part)[..., None] for part in robot.orientation(q_p.T)]
-    turned: Any = robot.geometry.rotate(orientation, tuple(arms.T))
+    rows = robot.geometry.rows(orientation)
+    turned: Any = robot.geometry.rotate(rows, tuple(arms.T))
     ends = q_p[:, None, :d] + np.stack(turned, axis=-1)
     ways = np.linalg.norm(ends - np.asarray(robot.legs.base_position), axis=-1)
-    return np.any(ways - slack > reaches(robot) * (1.0 + 1e-12), axis=1)
+    return np.any(ways - slack > reaches(robot) * share, axis=1)
 
 
 def used_up(robot: Robot, q_a: Float[Any, "*cases n_a"]) -> Bool[Any, "*cases"]:

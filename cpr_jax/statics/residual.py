@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..geometry import AbstractGeometry, Components
+from ..geometry import AbstractGeometry, Components, as_array
 from ..robots.joint import BaseJoint
 from ..robots.leg import Leg
 from ..robots.robot import PointLoads, Robot
@@ -74,7 +74,7 @@ def leg_base(
     position = joint + arm
     if leg.base_joint is not None:
         # The unknowns belong to the joint, the rod begins behind its rigid segment.
-        moment = moment - jnp.stack(geometry.cross(arm, force))
+        moment = moment - geometry.moment_of(arm, force)
     rod = leg.rod
     length = rod.length if leg.feed is None else rod.length + leg.feed * q
     local_rod = Rod(
@@ -129,7 +129,7 @@ def to_world(geometry: AbstractGeometry, base: LegBase, state: RodState) -> RodS
     frame = geometry.frame(base.rotation)
     return RodState(
         position=base.position + geometry.outward(frame, state.position),
-        rotation=jnp.stack(geometry.compose(base.rotation, state.rotation)),
+        rotation=as_array(geometry.compose(base.rotation, state.rotation)),
         force=geometry.outward(frame, state.force),
         moment=geometry.moment_outward(frame, state.moment),
     )
@@ -157,7 +157,7 @@ def joint_rows(robot: Robot, units: Units, leg: Leg, tip: RodState, q_p):
     section = geometry.frame(tip.rotation)
     b = geometry.outward(section, leg.b)
     end = tip.position + b
-    moment = tip.moment - jnp.stack(geometry.cross(b, tip.force))
+    turned = geometry.moment_of(b, tip.force)
 
     orientation = robot.orientation(q_p)
     arm = geometry.outward(geometry.frame(orientation), leg.attachment_position)
@@ -168,15 +168,14 @@ def joint_rows(robot: Robot, units: Units, leg: Leg, tip: RodState, q_p):
     seen = geometry.compose(geometry.inverse(tip.rotation), rotation)
     error = jnp.concatenate([gap, geometry.misalignment(released, seen)])
 
-    lever = jnp.stack(geometry.cross((1.0 - leg.joint.lever) * b, tip.force))
     axes = geometry.joint_axes(released, frame, section)
-    about = jnp.sum(axes * (moment + lever)[:, None], axis=0)
+    about = jnp.sum(axes * (tip.moment - leg.joint.lever * turned)[:, None], axis=0)
     transmitted = jnp.concatenate([geometry.inward(frame, tip.force), about])
     rows = jnp.where(leg.joint.free > 0.5, transmitted / units.wrench, error / units.pose)
     # A joint that slides takes the wrench along, away from its attachment.
     slid = geometry.outward(frame, leg.joint.free[:d] * gap)
-    carried = jnp.stack(geometry.cross(arm - slid, tip.force))
-    return rows, jnp.concatenate([tip.force, moment + carried])
+    carried = geometry.moment_of(arm - slid, tip.force)
+    return rows, jnp.concatenate([tip.force, tip.moment - turned + carried])
 
 
 def residual(
@@ -239,7 +238,7 @@ def platform_load(robot: Robot, q_p: Float[Array, "n_p *lanes"]) -> Float[Array,
         forces = jnp.moveaxis(robot.loads.force, 0, 1)
         arms = jnp.moveaxis(load_arms(robot, robot.loads, q_p), 0, 1)
         force = force + jnp.sum(forces, axis=1)
-        moment = moment + jnp.sum(jnp.stack(geometry.cross(arms, forces)), axis=1)
+        moment = moment + jnp.sum(geometry.moment_of(arms, forces), axis=1)
     lanes = jnp.broadcast_shapes(force.shape[1:], moment.shape[1:])
     return jnp.concatenate([jnp.broadcast_to(a, (len(a), *lanes)) for a in (force, moment)])
 
@@ -249,6 +248,5 @@ def load_arms(
 ) -> Float[Array, "k d *lanes"]:
     """From `p_P` to where the forces act, world axes."""
     geometry = robot.geometry
-    places = jnp.moveaxis(loads.position, 0, 1)
-    arms = jnp.stack(geometry.rotate(robot.orientation(q_p), places))
-    return jnp.moveaxis(arms, 1, 0)
+    frame = geometry.frame(robot.orientation(q_p))
+    return jax.vmap(lambda place: geometry.outward(frame, place))(loads.position)

@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import jax
-import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..errors import check_integer
@@ -58,7 +57,8 @@ def _shape(robot: Robot, y: Float[Array, " n_y"], points: int, finer: int) -> Sh
         local = rod_shape(geometry, base.rod, base.force, base.moment, steps)
         local = jax.tree.map(lambda leaf: leaf[::finer], local)
         rods = jax.vmap(lambda x: to_world(geometry, base, x))(local)
-        joint = rods.position[-1] + jnp.stack(geometry.rotate(rods.rotation[-1], leg.b))
+        tip = geometry.frame(rods.rotation[-1])
+        joint = rods.position[-1] + geometry.outward(tip, leg.b)
         s = arc_lengths(base.rod, steps)[::finer]
         return Shape(s, rods, base.motor, base.joint, joint)
 

@@ -59,18 +59,22 @@ def _repeated(robot: Robot, straight, turning) -> Float[Array, " freedoms"]:
     return floats(units[np.repeat([0, 1], [robot.geometry.d, robot.geometry.r])])
 
 
-def scales(robot: Robot) -> Scales:
+def scales(robot: Robot, held: bool = True) -> Scales:
     """Mean rod length, and the force `k_b / l²` that bends a rod by about 1 rad.
 
     Of rods with further segments the mean compliance along them counts.
+
+    **Arguments:**
+
+    - `held`: without derivatives, as units are a choice and not physics. What is told in them
+        changes with them all the same.
     """
     rod = robot.legs.rod
     numbers: tuple[Array, ...] = rod.length, rod.curvature_compliance
     if rod.further is not None:
         numbers = *numbers, rod.further.length, rod.further.curvature_compliance
     xp = namespace(numbers)
-    if xp is jnp:
-        # Units are a choice, not physics: no derivative goes through them.
+    if xp is jnp and held:
         numbers = jax.lax.stop_gradient(numbers)
     lengths, compliances, *further = (xp.asarray(part) for part in numbers)
     length, compliances = xp.mean(lengths), compliances[:, -1]
@@ -81,14 +85,21 @@ def scales(robot: Robot) -> Scales:
     return Scales(floats(length), floats(1.0 / (xp.mean(compliances) * length**2)))
 
 
-def unknown_scales(robot: Robot) -> Float[Array, " n_y"]:
-    """The unit of each entry of the flat y."""
-    units = scales(robot)
+def unknown_scales(robot: Robot, units: Scales | None = None) -> Float[Array, " n_y"]:
+    """The unit of each entry of the flat y, by default in `scales(robot)`."""
+    units = scales(robot) if units is None else units
     parts = units.motors(robot), units.pose(robot), units.wrench(robot), base_freedoms(robot)
     xp = namespace(*parts)
     motors, pose, wrench, free = (xp.asarray(part) for part in parts)
     legs = xp.where(free > 0.5, pose, wrench)
     return floats(xp.concatenate([motors, pose[: robot.n_p], legs.reshape(-1)]))
+
+
+def row_scales(robot: Robot, units: Scales) -> Float[Array, " n_r"]:
+    """The unit of each row of `R₀`: a wrench where a joint is free, a motion where it is locked."""
+    pose, wrench = units.pose(robot), units.wrench(robot)
+    joints = jnp.where(robot.legs.joint.free > 0.5, wrench, pose)
+    return jnp.concatenate([wrench[: robot.n_p], joints.reshape(-1)])
 
 
 def base_freedoms(robot: Robot) -> Float[Array, "n freedoms"]:

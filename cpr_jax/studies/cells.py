@@ -167,7 +167,7 @@ def _strongest(robot: Robot, nodes: RodState):
 
     def one(rod, rotation, moment):
         def at(rotation, moment):
-            local = jnp.stack(geometry.to_local(rotation, moment))
+            local = geometry.moment_inward(geometry.frame(rotation), moment)
             curved = rod.curvature_compliance * local + rod.precurvature
             return jnp.sqrt(jnp.sum(curved**2)), jnp.sqrt(jnp.sum(local**2))
 

@@ -153,10 +153,14 @@ class CostField(NamedTuple):
         for k in range(1, len(corners) - 1):
             before, here, after = corners[k - 1 : k + 2]
 
-            def total(point, before=before, after=after):
-                return self.along(before, point) + self.along(point, after)
+            now = self.along(before, here) + self.along(here, after)
+            if not np.isfinite(now):
+                continue
 
-            now = total(here)
+            def total(point, before=before, after=after, most=10.0 * now):
+                # The search takes differences, which infinite ones have not.
+                return min(self.along(before, point) + self.along(point, after), most)
+
             simplex = here + stride * [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
             close = {"xatol": 0.02 * np.min(stride), "fatol": 1e-6 * now, "maxiter": 60}
             options = {"initial_simplex": simplex, **close}

@@ -12,16 +12,16 @@ from scipy.optimize import minimize
 
 from ..analysis.ellipsoid import ellipsoid
 from ..analysis.sensitivity import sensitivity
-from ..checks import check_finite
+from ..checks import check_positive
 from ..errors import InputError, check_integer, shown
 from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium
 from ..statics.problem import imposed_coordinates
-from .design_search import Build, Measure, Search
+from .design_search import SLACK, Build, Measure, Search
 
 
 class Design(NamedTuple):
-    """The best design that was found.
+    """The optimal design, or the best of those that were tried where the search has not converged.
 
     **Attributes:**
 
@@ -29,7 +29,7 @@ class Design(NamedTuple):
     - `robot`: with them.
     - `objective`: its mean over the points.
     - `equilibria`: of the robot at the points, stacked along a first axis.
-    - `slack`: the constraints there, `(points, m)`; none is negative but for `tolerance`.
+    - `slack`: the constraints there, `(points, m)`; negative where one is not fulfilled.
     - `history`: values and objective of every design that was tried and works, the start first.
     - `converged`: whether it is a minimum as far as the first derivatives tell. It is not where the
         search ended beside designs that do not work: a constraint is then to keep it off them.
@@ -74,8 +74,9 @@ def optimise_design(
     """The design of least mean objective over configurations, within bounds and constraints.
 
     Sequential quadratic programming (SciPy's SLSQP) with derivatives through the solves. Each
-    configuration is followed from design to design on its branch. Designs at which one of them is
-    lost, or unstable, are refused, and the search turns back from them.
+    configuration is followed from design to design, in steps of at most a tenth of the range of a
+    variable, and shorter ones where it moves far. Designs at which one of them is lost, or
+    unstable, are refused, and the search turns back from them.
 
     **Arguments:**
 
@@ -89,13 +90,14 @@ def optimise_design(
         one of its equilibria, such as `lambda robot, e: 1.0 - (e.motor_torques / 0.5) ** 2`.
     - `unstable`: whether unstable configurations are allowed.
     - `iterations`: at most.
-    - `tolerance`: relative change of the objective at which it ends.
+    - `tolerance`: change of the objective at which it ends, relative to that of the start.
 
     **Raises:** `ValueError` for a bad argument; `SolveError` where the start has no solution at one
     of the points.
     """
     names = _checked_names(start, bounds)
     check_integer("iterations", iterations)
+    check_positive("tolerance", tolerance)
     low, high = np.array([bounds[name] for name in names], float).T
     search = Search(build, names, low, high - low, objective, constraints, unstable)
     robot = build({name: jnp.asarray(float(start[name])) for name in names})
@@ -115,9 +117,19 @@ def optimise_design(
             method="SLSQP",
             options={"maxiter": iterations, "ftol": tolerance},
         )
-    best = search.at(found.x)
-    best = best if best.works else search.near
-    values = search.values(best.x)
+    # To evaluate it once more may forget what stood in its way.
+    refused = search.refused
+    last = search.at(found.x)
+    missed = -float(np.min(last.slack, initial=0.0))
+    converged = bool(found.success) and last.works and not refused and missed <= SLACK
+    best = last if converged else search.best
+    message = str(found.message)
+    if refused:
+        message = f"ended beside designs that do not work ({refused}): see `constraints`"
+    elif missed > SLACK:
+        point = int(np.argmin(np.min(last.slack, axis=1)))
+        message = f"a constraint is missed by {missed:.3g} at point {point}: {message}"
+    values = search.values(np.clip(best.x, 0.0, 1.0))
     return Design(
         values=values,
         robot=build({name: jnp.asarray(value) for name, value in values.items()}),
@@ -125,38 +137,41 @@ def optimise_design(
         equilibria=best.equilibria,
         slack=best.slack,
         history=search.history,
-        converged=bool(found.success) and not search.refused,
-        message=f"ended beside designs that do not work ({search.refused}): see `constraints`"
-        if search.refused
-        else str(found.message),
+        converged=converged,
+        message=message,
     )
 
 
 def _checked_names(start: Mapping[str, float], bounds: Mapping[str, Sequence[float]]) -> list[str]:
     for field, table in (("start", start), ("bounds", bounds)):
         if not isinstance(table, Mapping) or not table:
-            raise InputError(
-                f"Argument `{field}` must be a table by name, but it is {shown(table)}."
-            )
+            what = "is empty" if table == {} else f"is {shown(table)}"
+            raise InputError(f"Argument `{field}` must be a table by name, but it {what}.")
     if set(start) != set(bounds):
         raise InputError(
             f"Argument `bounds` must have the names of `start` ({', '.join(start)}), but it has "
             f"{', '.join(bounds)}."
         )
     for name, value in start.items():
-        check_finite(f"start[{name!r}]", value)
-        if np.shape(bounds[name]) != (2,) or not bounds[name][0] < bounds[name][1]:
+        ends = bounds[name]
+        if np.shape(ends) != (2,) or not _are_numbers(ends) or not ends[0] < ends[1]:
             raise InputError(
                 f"Argument `bounds[{name!r}]` must be a lowest and a highest value, but it is "
-                f"{bounds[name]!r}."
+                f"{ends!r}."
             )
-        check_finite(f"bounds[{name!r}]", bounds[name])
-        if not bounds[name][0] <= value <= bounds[name][1]:
+        if np.shape(value) != () or not _are_numbers(value) or not ends[0] <= value <= ends[1]:
             raise InputError(
-                f"Argument `start[{name!r}]` must be within its bounds {bounds[name]!r}, but it is "
-                f"{shown(value)}."
+                f"Argument `start[{name!r}]` must be a number within its bounds {ends!r}, but it "
+                f"is {shown(value)}."
             )
     return list(start)
+
+
+def _are_numbers(values: object) -> bool:
+    try:
+        return bool(np.all(np.isfinite(np.asarray(values, float))))
+    except (TypeError, ValueError):
+        return False
 
 
 def _checked_points(robot: Robot, points, imposed) -> Float[np.ndarray, "points n_a"]:

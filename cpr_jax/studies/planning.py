@@ -12,6 +12,8 @@ from ..errors import InputError, shown
 from ..statics.status import SolveError, Status
 from .cost_field import CostField
 
+_HALF = " A map of both halves of a symmetric robot takes `symmetry=False`."
+
 
 class Way(NamedTuple):
     """A path, as `trajectory` takes it: `trajectory(robot, way.points, imposed=way.imposed)`.
@@ -45,7 +47,8 @@ def plan_path(
     It runs through solved cells within the limits of the map, away from its seams, where the robot
     is stable: past them it does not go where its motors lead it. Of all moves between cells those
     of least cost are found (Dijkstra's algorithm), then corners are cut where a straight line costs
-    less. Follow the result with `trajectory`, which is exact.
+    less. Follow the result with `trajectory`, which is exact: from the `seed` of the map, if it had
+    one of its own. A path keeps a cell away from cells where it may not go.
 
     **Arguments:**
 
@@ -54,7 +57,7 @@ def plan_path(
     - `start`, `goal`: values of the map's two coordinates, SI units.
     - `cost`: a variable of the map, or one made of them, per unit of length: the path is one of the
         least integral. With `None` it is the shortest path.
-    - `allowed`: where else it may go, such as `dataset["sigma_t2"] > 0.01`: obstacles are not.
+    - `allowed`: true where it may go, such as `dataset["sigma_t2"] > 0.01`: obstacles are not.
     - `unstable`: whether unstable cells are allowed, for a platform that something else holds.
     - `radian`: what a radian counts for in metres, where one axis is an angle and the other is not.
 
@@ -67,6 +70,10 @@ def plan_path(
     if len(names) != 2:
         raise InputError("Argument `dataset` must be a map over two coordinates.")
     open_, price = _open(dataset, names, allowed, unstable), _price(dataset, names, cost)
+    if not np.any(open_ & np.isfinite(price)):
+        raise InputError(
+            "Arguments `allowed` and `cost` must leave some cells, but they leave none."
+        )
     open_ &= np.isfinite(price)
     if np.any(price[open_] < 0.0):
         raise InputError("Argument `cost` must not be negative, but some of it is.")
@@ -76,6 +83,8 @@ def plan_path(
         np.where(open_, price, np.nan),
     )
     ends = [_end(dataset, names, field, k, v) for k, v in (("start", start), ("goal", goal))]
+    if np.array_equal(ends[0], ends[1]):
+        raise InputError("Argument `goal` must not be the point `start`.")
     found = field.path(*ends)
     if found is None:
         raise SolveError(
@@ -94,7 +103,13 @@ def _open(dataset: xr.Dataset, names, allowed, unstable: bool) -> np.ndarray:
     if not unstable:
         open_ &= dataset["stable"].values == 1
     if allowed is not None:
-        open_ &= _over(allowed, dataset, names, "allowed").astype(bool)
+        mask = _over(allowed, dataset, names, "allowed")
+        if mask.dtype != bool:
+            raise InputError(
+                "Argument `allowed` must be true or false in each cell, such as "
+                f"`dataset['sigma_t1'] > 0.02`, but its type is {mask.dtype}."
+            )
+        open_ &= mask
     return open_
 
 
@@ -111,18 +126,29 @@ def _price(dataset: xr.Dataset, names, cost) -> np.ndarray:
 
 
 def _over(values: Any, dataset: xr.Dataset, names, field: str) -> np.ndarray:
+    """An array over the cells of a map; what has coordinates must have those of the map."""
     shape = dataset["status"].shape
-    array = values.transpose(*names) if set(getattr(values, "dims", ())) == set(names) else values
-    if np.shape(array) != shape:
+    if isinstance(values, xr.DataArray):
+        for name in names:
+            if name in values.coords and not np.array_equal(values[name], dataset[name]):
+                raise InputError(
+                    f"Argument `{field}` must have the coordinates of the map, but its {name} "
+                    "differs."
+                )
+        if set(values.dims) <= set(names):
+            values = values.broadcast_like(dataset["status"]).transpose(*names)
+    if np.shape(values) != shape:
         raise InputError(
             f"Argument `{field}` must be over {' and '.join(names)}, of shape {shape}, but its "
-            f"shape is {np.shape(array)}."
+            f"shape is {np.shape(values)}."
         )
-    return np.asarray(array)
+    return np.asarray(values)
 
 
 def _weights(dataset: xr.Dataset, names, radian: float | None) -> Float[np.ndarray, "2"]:
     units = [dataset[name].attrs["units"] for name in names]
+    if radian is not None:
+        check_positive("radian", radian)
     if units[0] == units[1]:
         return np.ones(2)
     if radian is None:
@@ -130,7 +156,6 @@ def _weights(dataset: xr.Dataset, names, radian: float | None) -> Float[np.ndarr
             f"Argument `radian` must be given for a map over {' and '.join(names)}: what a radian "
             "counts for in metres."
         )
-    check_positive("radian", radian)
     return np.array([1.0 if unit == "m" else radian for unit in units])
 
 
@@ -149,14 +174,19 @@ def _end(dataset: xr.Dataset, names, field: CostField, name: str, value) -> Floa
         if not line[0] - half <= x <= line[-1] + half:
             raise InputError(
                 f"Argument `{name}` must be on the map, whose {axis} goes from {line[0]:g} to "
-                f"{line[-1]:g}, but its {axis} is {x:g}. A map of both halves of a symmetric robot "
-                "takes `symmetry=False`."
+                f"{line[-1]:g} in SI units, but its {axis} is {x:g}."
+                + (_HALF if line[0] == 0.0 and -line[-1] - half <= x < 0.0 else "")
             )
     cell = field.nearest(point)
     if not np.isfinite(field.price[cell]):
         status = Status(int(dataset["status"].values[cell]))
-        why = status.name.lower() if status != Status.SOLVED else "solved, but unstable, on a seam"
-        why = why if status != Status.SOLVED else f"{why} or not allowed"
+        why = "not allowed"
+        if status != Status.SOLVED:
+            why = status.name.lower()
+        elif dataset["seam"].values[cell]:
+            why = "on a seam"
+        elif dataset["stable"].values[cell] == 0:
+            why = "unstable"
         raise InputError(f"Argument `{name}` must be where a path may go, but its cell is {why}.")
     return point
 

@@ -17,11 +17,11 @@ from ..statics.problem import imposed_coordinates, imposed_rows
 from ..statics.reach import out_of_reach, used_up
 from ..statics.status import Status
 from ..statics.stops import visit
-from ..statics.unknowns import unknown_labels, unknown_scales, unknown_units
 from .ahead import compile_trajectory
 from .cells import Cell, look_at_cells, polished
 from .limits import Limits
 from .parallel import in_parallel, padded
+from .polygon import Polygon, checked_waypoints
 from .trajectory_dataset import Along, changes, trajectory_dataset
 
 CHUNK = 128
@@ -30,8 +30,9 @@ CHUNK = 128
 _CLOSER = 64
 """Parts of the way between two stops where something happens."""
 
-_MOST = 1_000_000
-"""Stops of a path: so many take a quarter of an hour and some gigabytes."""
+_TAUT = 0.999
+"""How much of its reach a leg spans where it is too short for what comes: as it straightens its
+tension grows without bound, and the branch is lost a little before."""
 
 
 def trajectory(
@@ -59,11 +60,13 @@ def trajectory(
 
     - `waypoints`: values of the imposed coordinates, SI units; at least two.
     - `seed`: an equilibrium from which the branch is followed to the first waypoint; by default the
-        robot's home.
+        robot's home. A path that was planned on a map from a seed of its own begins there.
     - `imposed`: which coordinates `waypoints` holds, as in `solve_inverse`; `("q1", "q2")` makes a
         path of the motors. By default all of the platform's.
     - `spacing`: largest distance of two stops, m, in which a radian counts as the mean length of a
-        rod; in radians where only angles are imposed. By default a hundredth of either.
+        rod; in radians where only angles are imposed. By default a hundredth of the mean length of
+        a rod, or of a radian. It decides what is returned, and `inf` returns the waypoints alone:
+        `events` are looked for at the usual distance at least.
     - `parameters`, `delta`: as in `sensitivity`. A robot without uncertainties has a trajectory
         without sensitivities.
     - `limits`: see `Limits`.
@@ -86,40 +89,59 @@ def trajectory(
     check_integer("steps", steps)
     if spacing is not None:
         check_positive("spacing", spacing)
-    corners = _checked(robot, waypoints, places)
-    unit, weights = _distance(robot, places)
-    s, points, at_corner = _stops(corners, weights, spacing or float(0.01 * np.max(weights)))
-    stops = np.zeros((len(points), robot.n_a + robot.n_p))
-    stops[:, places] = points
+    corners = checked_waypoints(robot, waypoints, places)
+    line = Polygon.of(robot, corners, places, spacing)
+    stops = np.zeros((len(line.points), robot.n_a + robot.n_p))
+    stops[:, places] = line.points
 
-    imposed_by = imposed_rows(robot, places)
-    with compile_trajectory(
-        robot, imposed_by, selection, half_ranges, places, steps, CHUNK
-    ) as ahead:
+    rows = imposed_rows(robot, places)
+    with compile_trajectory(robot, rows, selection, half_ranges, places, steps, CHUNK) as ahead:
         first = solve_inverse(robot, corners[0], imposed=imposed, guess=seed, steps=steps)
-        start = np.asarray(first.y)
         ahead.wait("visit")
-        visited = visit(robot, imposed_by, start, stops[1:], steps)
-        y = np.concatenate([start[None], visited.y])
-        gone = np.flatnonzero(used_up(robot, y[:, : robot.n_a]))
-        y = y[: gone[0]] if len(gone) else y
+        task = _Task(robot, rows, places, selection, half_ranges, limits, steps)
+        y, end = task.follow(np.asarray(first.y), stops)
         ahead.wait("look")
-        task = _Task(robot, imposed_by, places, selection, half_ranges, limits, steps)
         cells = task.look(y)
-        found = task.events(s, stops, y, cells)
-
-    ends = Status.OUT_OF_REACH if len(gone) else visited.status
-    if ends == Status.LOST:
-        ends = Status.BEYOND_FOLD
-    status = np.full(len(s), int(ends), np.int8)
-    status[out_of_reach(robot, stops, places)] = Status.OUT_OF_REACH
-    status[: len(y)] = np.where(task.beyond(cells), Status.BEYOND_LIMITS, Status.SOLVED)
-    reached = float(s[len(y) - 1])
-    if len(y) < len(s):
-        reached += (0.0 if len(gone) else visited.progress) * float(s[len(y)] - reached)
-        found.append({"s": reached, "event": "end", "status": Status(status[len(y)]).name.lower()})
-    along = Along(s, unit, points, places, at_corner, status, reached, found, cells)
+        found = task.events(line.s, stops, y, cells)
+        status = np.full(len(stops), int(Status.SOLVED), np.int8)
+        status[: len(y)][task.beyond(cells)] = Status.BEYOND_LIMITS
+        reached = float(line.s[-1])
+        if end is not None:
+            k = len(y) - 1
+            stride = float(line.s[k + 1] - line.s[k])
+            found += task.changes(line.s[k] + stride * end.shares, task.look(end.y))
+            status[len(y) :] = end.status
+            reached = float(line.s[k] + stride * end.progress)
+            found.append({"s": reached, "event": "end", "status": end.status.name.lower()})
+    kept = line.shown
+    along = Along(
+        s=line.s[kept],
+        points=line.points[kept],
+        at_corner=line.at_corner[kept],
+        status=status[kept],
+        unit=line.unit,
+        places=places,
+        reached=reached,
+        events=found,
+        cells=Cell(*(leaf[kept[: len(y)]] for leaf in cells)),
+    )
     return trajectory_dataset(robot, selection, np.asarray(half_ranges), along)
+
+
+class _End(NamedTuple):
+    """What was found between the last stop and where the branch ends.
+
+    **Attributes:**
+
+    - `y`, `shares`: equilibria on the way to the next stop, and how much of it they have gone.
+    - `progress`: how much of that way there is.
+    - `status`: why no more.
+    """
+
+    y: Float[np.ndarray, "k n_y"]
+    shares: Float[np.ndarray, " k"]
+    progress: float
+    status: Status
 
 
 class _Task(NamedTuple):
@@ -132,6 +154,43 @@ class _Task(NamedTuple):
     delta: Float[Array, " n_rho"]
     limits: Limits | None
     steps: int
+
+    def follow(self, start, stops) -> tuple[Float[np.ndarray, "reached n_y"], _End | None]:
+        """Unknowns at the stops that are reached, and how the branch ends if it does."""
+        y = start[None]
+        while len(y) < len(stops):
+            visited = visit(self.robot, self.imposed, y[-1], stops[len(y) :], self.steps)
+            y = np.concatenate([y, visited.y])
+            gone = np.flatnonzero(self._gone(y))
+            y = y[: gone[0]] if len(gone) else y
+            if len(y) < len(stops):
+                end = self._closely(y[-1], stops[len(y) - 1], stops[len(y)])
+                if end.status != Status.SOLVED:
+                    return y, end
+                y = np.concatenate([y, end.y[-1:]])
+        return y, None
+
+    def _closely(self, y, begin, goal) -> _End:
+        """From one stop towards the next, in steps as small as events are told."""
+        shares = np.linspace(0.0, 1.0, _CLOSER + 1)
+        between = begin + shares[:, None] * (goal - begin)
+        visited = visit(self.robot, self.imposed, y, between[1:], self.steps)
+        found = np.concatenate([y[None], visited.y])
+        status, progress = visited.status, (len(visited.y) + visited.progress) / _CLOSER
+        gone = np.flatnonzero(self._gone(found))
+        if len(gone):
+            found, status = found[: gone[0]], Status.OUT_OF_REACH
+            progress = float(shares[gone[0] - 1])
+        elif status == Status.LOST:
+            there = (begin + progress * (goal - begin))[None]
+            taut = out_of_reach(self.robot, there, self.places, _TAUT)[0]
+            status = Status.OUT_OF_REACH if taut else Status.BEYOND_FOLD
+        elif status == Status.SOLVED:
+            progress = 1.0
+        return _End(found, shares[: len(found)], progress, status)
+
+    def _gone(self, y) -> Bool[np.ndarray, " stops"]:
+        return np.asarray(used_up(self.robot, y[:, : self.robot.n_a]))
 
     def look(self, y: Float[np.ndarray, "stops n_y"]) -> Cell:
         """The numbers of stops."""
@@ -164,60 +223,12 @@ class _Task(NamedTuple):
             found.append({"s": 0.0, "event": "beyond limits"})
         differ = (beyond[1:] != beyond[:-1]) | ((index[1:] > 0) != (index[:-1] > 0))
         differ |= cells.sign_t2[1:] != cells.sign_t2[:-1]
-        share = np.linspace(0.0, 1.0, _CLOSER + 1)[:, None]
         for k in np.flatnonzero(differ):
-            between = (1.0 - share) * stops[k] + share * stops[k + 1]
-            visited = visit(self.robot, self.imposed, y[k], between[1:], self.steps)
-            closer = self.look(np.concatenate([y[k : k + 1], visited.y]))
-            places = s[k] + share[: len(closer.energy), 0] * (s[k + 1] - s[k])
-            found += changes(places, closer, self.beyond(closer))
+            closer = self._closely(y[k], stops[k], stops[k + 1])
+            stride = s[k + 1] - s[k]
+            found += self.changes(s[k] + stride * closer.shares, self.look(closer.y))
         return found
 
-
-def _checked(robot: Robot, waypoints, places: tuple[int, ...]) -> Float[np.ndarray, "k n_a"]:
-    names = ", ".join(unknown_labels(robot)[place] for place in places)
-    try:
-        corners = np.asarray(waypoints, float)
-    except (TypeError, ValueError):
-        corners = np.empty(0)
-    if corners.ndim != 2 or len(corners) < 2 or corners.shape[1] != len(places):
-        raise InputError(
-            f"Argument `waypoints` must be at least two rows of {len(places)} numbers ({names}), "
-            f"but it is {shown(waypoints)} of shape {np.shape(corners)}."
-        )
-    if not np.all(np.isfinite(corners)):
-        raise InputError("Argument `waypoints` must be finite, but some of it is not.")
-    return corners
-
-
-def _distance(robot: Robot, places: tuple[int, ...]) -> tuple[str, Float[np.ndarray, " n_a"]]:
-    """The unit of distances, and what a unit of each imposed coordinate counts in it."""
-    units = [unknown_units(robot)[place] for place in places]
-    if "m" not in units:
-        return "rad", np.ones(len(places))
-    length = float(np.asarray(unknown_scales(robot))[robot.n_a])
-    return "m", np.array([1.0 if unit == "m" else length for unit in units])
-
-
-def _stops(corners, weights, spacing: float):
-    """Distances along a polygon, the points there, and which of them are corners."""
-    moves = np.diff(corners, axis=0)
-    lengths = np.linalg.norm(moves * weights, axis=1)
-    if not np.any(lengths > 0.0):
-        raise InputError("Argument `waypoints` must be different points, but they are one.")
-    counts = np.ceil(lengths / spacing - 1e-9)
-    if np.sum(counts) > _MOST:
-        raise InputError(
-            f"Argument `spacing` must leave at most {_MOST} stops, but {spacing:g} makes "
-            f"{np.sum(counts):.0f} of them on a path of {np.sum(lengths):g}."
-        )
-    counts = counts.astype(int)
-    shares = [np.arange(1, count + 1)[:, None] / max(count, 1) for count in counts]
-    begins = np.concatenate([[0.0], np.cumsum(lengths)])
-    points = [corners[:1]]
-    s, at_corner = [np.zeros(1)], [np.ones(1, bool)]
-    for k, share in enumerate(shares):
-        points.append((1.0 - share) * corners[k] + share * corners[k + 1])
-        s.append(begins[k] + share[:, 0] * lengths[k])
-        at_corner.append(share[:, 0] == 1.0)
-    return np.concatenate(s), np.concatenate(points), np.concatenate(at_corner)
+    def changes(self, s, cells: Cell) -> list[dict[str, Any]]:
+        """What happens between equilibria that are close together."""
+        return changes(s, cells, self.beyond(cells))

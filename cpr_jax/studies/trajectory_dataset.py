@@ -21,7 +21,7 @@ class Along(NamedTuple):
     **Attributes:**
 
     - `s`: distance of each stop from the first, in `unit`.
-    - `points`: imposed coordinates at the stops, `(stops, n_a)`; `places` of them in `(q_a, q_p)`.
+    - `points`: imposed coordinates at the stops, `(stops, n_a)`, their `places` in `(q_a, q_p)`.
     - `at_corner`: which stops are waypoints.
     - `status`: of each stop.
     - `reached`: distance to where the branch ends.
@@ -30,11 +30,11 @@ class Along(NamedTuple):
     """
 
     s: np.ndarray
-    unit: str
     points: np.ndarray
-    places: tuple[int, ...]
     at_corner: np.ndarray
     status: np.ndarray
+    unit: str
+    places: tuple[int, ...]
     reached: float
     events: list[dict[str, Any]]
     cells: Cell

@@ -261,7 +261,7 @@ def columns(robot, wrenches, free):
     )
 
     def world(rotation, wrench):
-        axes = geometry.exp(rotation)
+        axes = geometry.rows(geometry.exp(rotation))
         force = geometry.rotate(axes, wrench[: geometry.d])
         moment = geometry.to_outer(axes, wrench[geometry.d :])
         return jnp.stack([*force, *moment])

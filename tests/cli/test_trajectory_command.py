@@ -38,7 +38,9 @@ def test_a_path_and_its_files(capsys, tmp_path):
 
 def test_waypoints_of_a_file_are_those_of_the_options(capsys, tmp_path):
     file = tmp_path / "way.csv"
-    file.write_text("# a path\np_P_y; z\n0; 200mm\n\n0.02 , 0.2  # right\n20mm 150mm\n")
+    file.write_text(
+        '# a path\nz; "p_P_y"; q9\n200 mm; 0;1\n\n0.2 , 0.02 ,2 # right\n150mm;20 mm;\n'
+    )
     answers = []
     for way in (("--file", str(file)), VIA):
         out = str(tmp_path / "path")
@@ -47,6 +49,18 @@ def test_waypoints_of_a_file_are_those_of_the_options(capsys, tmp_path):
         )
         answers.append(json.loads(text))
     assert answers[0] == answers[1]
+
+
+def test_a_table_that_was_written_is_a_file_of_waypoints(capsys, tmp_path):
+    out, again = tmp_path / "path", tmp_path / "again"
+    run(capsys, "trajectory", "rfrfr", *VIA, "--spacing", "10mm", "--out", str(out))
+    table = out / "trajectory.csv"
+    code, _, _ = run(capsys, "trajectory", "rfrfr", "--file", str(table), "--out", str(again))
+    assert code == 0
+    ones, others = (np.genfromtxt(path, delimiter=",", skip_header=1) for path in (
+        table, again / "trajectory.csv"
+    ))  # fmt: skip
+    np.testing.assert_allclose(others[:: len(others) // 7], ones, atol=1e-9)
 
 
 def test_a_path_that_ends_has_its_files_and_exit_code_3(capsys, tmp_path):
@@ -81,10 +95,12 @@ def test_mistakes_are_named_before_anything_is_computed(capsys, arguments, messa
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("q1,z\n0,0.2\n0,0.1\n", "must have the columns y, z, but line 1"),
+        ("q1,z\n0,0.2\n0,0.1\n", "must have columns y, z, but line 1"),
         ("0,0.2\n", "`--file` must give two waypoints or more"),
         ("0,0.2\n0,here\n", "`--file, line 2`"),
         ("0,0.2,1\n0,0.1\n", "`--file, line 1` must be 2 numbers"),
+        ("0,,0.2\n0,0.1\n", "`--file, line 1` must be 2 numbers"),
+        ("z,y\n0.2,0\n0.1\n", "`--file, line 3` must be 2 numbers"),
         ("", "`--file` must give two waypoints or more"),
     ],
 )

@@ -24,7 +24,7 @@ def force(geometry):
 
 
 def turned(geometry, turn, vector):
-    return jnp.stack(geometry.rotate(geometry.exp(turn), vector))
+    return jnp.stack(geometry.rotate(geometry.rows(geometry.exp(turn)), vector))
 
 
 def at_rest(geometry):
@@ -47,7 +47,7 @@ def test_bracket_is_the_slope_of_a_turned_moment(geometry):
     turn, moment = jnp.asarray(np.random.default_rng(6).normal(size=(2, geometry.r)))
 
     def after(share):
-        return jnp.stack(geometry.to_outer(geometry.exp(share * turn), moment))
+        return jnp.stack(geometry.to_outer(geometry.rows(geometry.exp(share * turn)), moment))
 
     slope = jax.jacfwd(after)(0.0)
     np.testing.assert_allclose(geometry.bracket(turn, moment), slope, rtol=1e-14, atol=1e-15)

@@ -213,8 +213,8 @@ def test_a_planar_robot_in_space_keeps_its_plane():
     """The tangent at q = 0 points along y, the pivots' axes along x."""
     spatial = in_space(three_rfr())
     for vector in spatial.legs.base_rotation:
-        rotation = SPACE.exp(tuple(vector))
-        columns = [np.asarray(jnp.stack(SPACE.rotate(rotation, axis))) for axis in np.eye(3)]
+        rows = SPACE.rows(SPACE.exp(tuple(vector)))
+        columns = [np.asarray(jnp.stack(SPACE.rotate(rows, axis))) for axis in np.eye(3)]
         np.testing.assert_allclose(columns, [[0, 1, 0], [0, 0, 1], [1, 0, 0]], rtol=0, atol=1e-15)
     np.testing.assert_array_equal(spatial.legs.base_position[:, 0], 0.0)
     np.testing.assert_array_equal(spatial.f_P, [0.0, 0.0, -0.5])

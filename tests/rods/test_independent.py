@@ -85,7 +85,7 @@ def unloaded_shapes(unloaded):
 
 
 def tangents_of(geometry, rotations):
-    return jax.vmap(jax.vmap(lambda q: jnp.stack(geometry.tangent(q))))(rotations)
+    return jax.vmap(jax.vmap(lambda q: jnp.stack(geometry.tangent(geometry.rows(q)))))(rotations)
 
 
 def test_whole_shapes_with_distributed_loads(geometry, loaded, shapes):
@@ -127,8 +127,8 @@ def test_energy_is_the_quadrature_of_its_density(geometry, loaded, shapes, energ
 
 def local(geometry, shapes):
     """Forces and moments in the axes of the sections."""
-    turn = jax.vmap(jax.vmap(lambda q, n: jnp.stack(geometry.unrotate(q, n))))
-    turn_moment = jax.vmap(jax.vmap(lambda q, m: jnp.stack(geometry.to_local(q, m))))
+    turn = jax.vmap(jax.vmap(lambda q, n: jnp.stack(geometry.unrotate(geometry.rows(q), n))))
+    turn_moment = jax.vmap(jax.vmap(lambda q, m: jnp.stack(geometry.to_local(geometry.rows(q), m))))
     return (
         np.asarray(turn(shapes.rotation, shapes.force)),
         np.asarray(turn_moment(shapes.rotation, shapes.moment)),
@@ -169,7 +169,7 @@ def test_torsion_of_an_isotropic_rod_is_constant(tip):
     bend = np.stack([sample.bend[:, 0], sample.bend[:, 1], sample.bend[:, 1]], axis=1)
     rods = Rod(jnp.asarray(sample.length), jnp.asarray(bend), jnp.zeros((COUNT, 3)))
     found = tip(SPACE, rods, sample.force, sample.moment)
-    along = jax.vmap(lambda q: jnp.stack(SPACE.tangent(q)))(found.rotation)
+    along = jax.vmap(lambda q: jnp.stack(SPACE.tangent(SPACE.rows(q))))(found.rotation)
     torsion = np.sum(np.asarray(along) * np.asarray(found.moment), axis=1)
     np.testing.assert_allclose(torsion, sample.moment[:, 0], rtol=0, atol=1e-11)
 

@@ -89,7 +89,7 @@ def _leg(rng, geometry, angle):
     turn = _upright(rng, geometry)
     rod = _rod(rng, geometry)
     # Roughly where the rod ends at rest, so that most of these robots can be assembled.
-    tangent = np.stack(geometry.tangent(geometry.exp(tuple(turn))))
+    tangent = np.stack(geometry.tangent(geometry.rows(geometry.exp(tuple(turn)))))
     end = base[:d] + float(rod.length) * tangent - _home(geometry)[:d]
     lever = jnp.asarray(1.0)
     joint = Joint(_free(rng, geometry, BASES), lever)

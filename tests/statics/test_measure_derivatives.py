@@ -54,6 +54,24 @@ def test_derivatives_beside_differences(plane):
     np.testing.assert_allclose(forward, expected, rtol=1e-5, atol=1e-7 * scale)
 
 
+def test_derivatives_in_numbers_that_are_units_beside_differences(plane):
+    """Length and stiffness of the rods: what is dimensionless changes with its units."""
+    del plane
+    nearby = solve_inverse(rfrfr(), (0.06, 0.15))
+
+    def measures(x):
+        robot = rfrfr(l=x[0], k_b=x[1])
+        return _flat(solve_inverse(robot, (0.06, 0.15), guess=nearby, throw=False).measures)
+
+    run, at, h = jax.jit(measures), np.array([0.25, 0.0183]), np.array([2e-6, 2e-7])
+    expected = np.stack(
+        [(run(at + e) - run(at - e)) / (2.0 * np.max(e)) for e in np.diag(h)], axis=1
+    )
+    found = np.asarray(jax.jit(jax.jacfwd(measures))(at))
+    scale = np.max(np.abs(expected), axis=1, keepdims=True)
+    np.testing.assert_allclose(found / scale, expected / scale, rtol=0, atol=2e-6)
+
+
 def test_reverse_mode_and_failed_lanes(plane):
     """Both modes agree, and a lane without a solution spoils no other."""
     measures, at = plane

@@ -29,6 +29,17 @@ def test_a_guess_of_another_design(nominal, numbers):
         np.testing.assert_allclose(followed.y, cold.y, atol=1e-10)
 
 
+@pytest.mark.parametrize("point", [(0.06, 0.15), (-0.05, 0.1), (0.03, 0.1)])
+def test_a_guess_of_any_stiffness_nearby(paper, point):
+    """The factor of its wrenches is between those that are tried, wherever that is."""
+    nominal = solve_inverse(paper, point)
+    for share in (*np.linspace(0.9, 1.1, 15), 0.5, 0.63, 0.8, 1.3, 1.7):
+        other = rfrfr(k_b=0.0183 * share)
+        followed = solve_inverse(other, point, guess=nominal, throw=False)
+        assert int(followed.status) == Status.SOLVED, share
+        np.testing.assert_allclose(followed.y, solve_inverse(other, point).y, rtol=0, atol=1e-9)
+
+
 def test_a_neighbour_under_heavy_load(paper):
     """Where multiples of its wrenches overflow, a guess is still taken as it is."""
     equilibrium = solve_inverse(paper, (0.05, 0.06))

@@ -6,6 +6,7 @@ import pytest
 from scipy.optimize import brentq, minimize_scalar
 
 import cpr_jax as cpr
+from cpr_jax.studies.design_search import Search
 
 POINTS = ((0.06, 0.15), (-0.02, 0.12))
 MOST = 0.55
@@ -66,6 +67,77 @@ def test_it_says_what_it_has_found(limited):
     assert values == pytest.approx({"k_b": 0.015, "c": 0.5})
     assert objective == pytest.approx(looked_at(0.015, 0.5)[0], rel=1e-9)
     assert limited.objective < objective
+    assert all(
+        limited.objective <= value * (1.0 + 1e-6)
+        for values, value in limited.history
+        if looked_at(**values)[1] <= MOST
+    )
+
+
+def test_it_follows_a_branch_where_one_jump_leads_to_another():
+    """To other lengths and stiffnesses; solves in small steps are the oracle."""
+    ends = {"l": (0.3, 0.36443), "d": (0.2, 0.17826), "k_b": (0.0183, 0.03067), "c": (1.0, 2.0)}
+    names = list(ends)
+
+    def design(x):
+        c = x["c"]
+        return cpr.rfrfr(l=x["l"], d=x["d"], k_b=x["k_b"], r_c=(-1.0 / c, 1.0 / c))
+
+    low, high = np.array([ends[name] for name in names]).T
+
+    def named(values):
+        return dict(zip(names, values, strict=True))
+
+    order = np.sort(np.stack([low, high]), axis=0)
+    search = Search(
+        design, names, order[0], order[1] - order[0], lambda robot, here: here.q_a[0], None, True
+    )
+    first = named(low)
+    search.begin(design(first), np.array([[0.03, 0.2]]), None, first)
+    found = search.at((high - order[0]) / (order[1] - order[0]))
+    here = cpr.solve_inverse(design(first), (0.03, 0.2))
+    for share in np.linspace(0.0, 1.0, 81)[1:]:
+        robot = design(named(low + share * (high - low)))
+        here = cpr.solve_inverse(robot, (0.03, 0.2), guess=here)
+    assert found.works
+    np.testing.assert_allclose(found.equilibria.q_a[0], here.q_a, rtol=0, atol=1e-7)
+
+
+def test_what_cannot_be_fulfilled_is_said_with_its_point():
+    found = cpr.optimise_design(
+        lambda x: cpr.rfrfr(l=x["l"]),
+        {"l": 0.25},
+        {"l": (0.24, 0.26)},
+        [(0.0, 0.25)],
+        lambda robot, here: jnp.sum(here.q_a**2),
+        constraints=lambda robot, here: here.motor_torques * 0.0 - 0.3,
+        unstable=True,
+        iterations=5,
+    )
+    assert not found.converged
+    assert "a constraint is missed by 0.3 at point 0" in found.message
+
+
+def test_slopes_beside_differences(limited):
+    """Of distances to singularities, too, whose units change with the design."""
+    del limited
+
+    def worst(robot, here):
+        return here.measures.sigma_t2
+
+    search = Search(
+        build, ["k_b", "c"], np.array([0.01, 0.2]), np.array([0.03, 3.8]), worst,
+        lambda robot, here: here.measures.sigma_t1[None], True,
+    )  # fmt: skip
+    search.begin(build(START), np.array(POINTS), None, START)
+    at = search.near
+    h = 1e-4
+    for k in range(2):
+        ahead, behind = (search.at(at.x + sign * h * np.eye(2)[k]) for sign in (1.0, -1.0))
+        slope = (ahead.value - behind.value) / (2.0 * h)
+        assert at.slope[k] == pytest.approx(slope, rel=1e-4, abs=1e-6)
+        slopes = (ahead.slack - behind.slack) / (2.0 * h)
+        np.testing.assert_allclose(at.slack_slope[..., k], slopes, rtol=1e-4, atol=1e-7)
 
 
 def test_where_designs_beyond_do_not_work_it_has_not_converged():
@@ -105,8 +177,20 @@ START, BOUNDS = {"k_b": 0.015, "c": 0.5}, {"k_b": (0.01, 0.04), "c": (0.2, 4.0)}
         ({"bounds": {"k_b": (0.01, 0.04)}}, r"`bounds` must have the names of `start` \(k_b, c\)"),
         ({"bounds": BOUNDS | {"c": (4.0, 0.2)}}, r"`bounds\['c'\]` must be a lowest and a highest"),
         ({"bounds": BOUNDS | {"c": 4.0}}, r"`bounds\['c'\]` must be a lowest and a highest"),
-        ({"start": START | {"c": 5.0}}, r"`start\['c'\]` must be within its bounds"),
-        ({"start": START | {"c": np.nan}}, r"`start\['c'\]` must be finite"),
+        ({"start": START | {"c": 5.0}}, r"`start\['c'\]` must be a number within"),
+        ({"start": START | {"c": np.nan}}, r"`start\['c'\]` must be a number within"),
+        ({"start": START | {"c": [1.0, 2.0]}}, r"`start\['c'\]` must be a number within"),
+        (
+            {"bounds": BOUNDS | {"c": (None, 3.0)}},
+            r"`bounds\['c'\]` must be a lowest and a highest",
+        ),
+        ({"tolerance": 0.0}, "`tolerance` must be positive"),
+        ({"objective": lambda robot, here: here.q_a}, "`objective` must return one number"),
+        ({"objective": lambda robot, here: None}, "`objective` must return floating-point"),
+        (
+            {"constraints": lambda robot, here: here.motor_torques < 1.0},
+            "`constraints` must return floating-point numbers, but it returned",
+        ),
         ({"points": [(0.0, 0.2, 0.1)]}, "`points` must be rows of 2 finite numbers"),
         ({"points": []}, "`points` must be rows of 2 finite numbers"),
         ({"points": "here"}, "`points` must be rows of 2 finite numbers"),

@@ -65,3 +65,16 @@ def test_samples_without_a_rod_have_no_platform(robot):
     first = selection.set(robot, jax.numpy.asarray(study.rho[np.argmax(gone)]))
     alone = cpr.solve_forward(first, equilibrium.q_a, throw=False)
     assert int(alone.status) == Status.OUT_OF_REACH
+
+
+@pytest.mark.parametrize("spacing", [0.02, 0.001])
+def test_a_path_ends_where_a_rod_does(robot, spacing):
+    """Within a sixtieth of the usual distance of stops, whatever their distance here."""
+    path = cpr.trajectory(robot, [(0.0, 0.23), (0.0, 0.12)], spacing=spacing)
+    (end,) = cpr.events(path)
+    assert (end["event"], end["status"]) == ("end", "out_of_reach")
+    assert np.all(path["q_a"].values[path["index"].values >= 0] > -0.02)
+    beside = [
+        cpr.solve_inverse(robot, (0.0, 0.23 - end["s"] + h), throw=False) for h in (4e-5, -5e-5)
+    ]
+    assert [int(one.status) for one in beside] == [Status.SOLVED, Status.OUT_OF_REACH]

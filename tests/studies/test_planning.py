@@ -93,6 +93,12 @@ def test_it_does_not_cross_what_robots_do_not_cross(changed):
         assert len(held.points) == 2
 
 
+def test_a_mask_of_one_axis_is_one_of_all_cells():
+    data = made_up(1.0)
+    way = cpr.plan_path(data, (0.0, 0.1), (0.6, 0.1), allowed=data["z"] < 0.2)
+    assert len(way.points) == 2
+
+
 def test_an_angle_counts_for_a_length():
     data = made_up(1.0)
     data["z"].attrs["units"] = "rad"
@@ -142,7 +148,17 @@ def test_on_the_papers_robot_it_is_less_exposed_than_the_straight_line():
         ({"cost": np.ones(3)}, "`cost` must be over y and z"),
         ({"cost": -np.ones((61, 41))}, "`cost` must not be negative"),
         ({"allowed": np.ones(3)}, "`allowed` must be over y and z"),
-        ({"allowed": np.zeros((61, 41))}, "`start` must be where a path may go"),
+        ({"allowed": np.zeros((61, 41))}, "`allowed` must be true or false in each cell"),
+        ({"allowed": np.zeros((61, 41), bool)}, "`allowed` and `cost` must leave some cells"),
+        ({"allowed": Y[:, None] + 0.0 * Z > 0.1}, "`start` .* but its cell is not allowed"),
+        (
+            {"allowed": made_up(1.0)["stable"].isel(y=slice(None, None, -1)) == 1},
+            "but its y differs",
+        ),
+        ({"goal": (0.1, 0.1)}, "`goal` must not be the point `start`"),
+        ({"start": (-0.1, 0.1)}, "`symmetry=False`"),
+        ({"goal": (60.0, 0.1)}, "whose y goes from 0 to 0.6 in SI units, but its y is 60.$"),
+        ({"radian": -1.0}, "`radian` must be positive"),
     ],
 )
 def test_mistakes_are_named(arguments, message):

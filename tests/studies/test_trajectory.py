@@ -77,6 +77,53 @@ def test_it_becomes_unstable_where_the_forward_problem_is_singular(down):
         assert event["s"] == pytest.approx(root, abs=3e-6)
 
 
+def test_nothing_is_missed_between_stops_far_apart(robot, down):
+    """Waypoints alone are returned, and what happens between them is that of closer stops."""
+    for spacing in (np.inf, 1.0, 0.03):
+        coarse = cpr.trajectory(robot, DOWN, spacing=spacing)
+        found, expected = cpr.events(coarse), cpr.events(down)
+        assert [one["event"] for one in found] == [one["event"] for one in expected]
+        for one, other in zip(found, expected, strict=True):
+            assert one["s"] == pytest.approx(other["s"], abs=3e-6)
+    alone = cpr.trajectory(robot, DOWN, spacing=np.inf)
+    np.testing.assert_allclose(alone["target"], DOWN)
+    np.testing.assert_array_equal(alone["status"], [0, 0, Status.OUT_OF_REACH])
+    np.testing.assert_allclose(unknowns(alone, 1), unknowns(down, 30), rtol=0, atol=1e-8)
+
+
+def test_events_beside_the_end_are_found_whatever_the_spacing(robot):
+    """The third one is less than a usual distance from where the branch folds back."""
+    path = [(0.05, 0.2), (0.05, -0.4)]
+    coarse, fine = (cpr.trajectory(robot, path, spacing=h) for h in (None, 0.001))
+    names = ["unstable", "stable", "unstable", "end"]
+    for one, other, name in zip(cpr.events(coarse), cpr.events(fine), names, strict=True):
+        assert one["event"] == other["event"] == name
+        assert one["s"] == pytest.approx(other["s"], abs=2e-5)
+        assert one.get("status") == other.get("status")
+
+
+def test_a_smaller_robot_has_its_stops_closer_together():
+    """A tenth in size and a hundredth in stiffness: the same shapes, forces and stops."""
+    small = cpr.rfrfr(l=0.025, a=0.0045, b=0.0035, d=0.02, k_b=1.83e-4, r_c=(-0.1, 0.1))
+    home = cpr.Home(small.home.q_a, 0.1 * np.asarray(small.home.q_p))
+    small = dataclasses.replace(small, home=home)
+    ends = np.array([(0.0, 0.06), (0.13, -0.05)])
+    usual = cpr.trajectory(cpr.rfrfr(), ends)
+    tenth = cpr.trajectory(small, 0.1 * ends)
+    assert usual.sizes["s"] == tenth.sizes["s"] == 70
+    for one, other in zip(cpr.events(usual), cpr.events(tenth), strict=True):
+        assert (one["event"], one["index"]) == (other["event"], other["index"])
+        assert 0.1 * one["s"] == pytest.approx(other["s"], rel=1e-6)
+
+
+def test_behind_its_end_there_is_one_reason(robot):
+    """Though what is behind it is within reach again."""
+    path = cpr.trajectory(robot, [(0.0, 0.2), (0.4, 0.2), (0.0, 0.2)], spacing=0.02)
+    (end,) = cpr.events(path)
+    behind = path["status"].values[path["s"].values > end["s"]]
+    assert end["status"] == "out_of_reach" and set(behind) == {int(Status.OUT_OF_REACH)}
+
+
 def test_it_ends_where_a_leg_is_straight(down):
     """A tenth of a millimetre before, as its tension grows without bound there."""
     end = cpr.events(down)[-1]
