@@ -55,13 +55,16 @@ def trajectory(request: Request, options: PathRequest, as_json: bool) -> int:
     else:
         _print(robot.name, answer)
         print(f"trajectory.nc, its motors as CSV and figures are in {out}")
-    last = dataset["status"].values[-1]
-    if last in (Status.SOLVED, Status.BEYOND_LIMITS):
-        return 0
-    raise NoSolution(
-        f"{robot.name}: the path ends at {answer['reached']:.6g} {answer['unit']} of "
-        f"{answer['length']:.6g}: {Status(int(last)).message}."
-    )
+    for event in answer["events"]:
+        if event["event"] == "end":
+            status = Status[event["status"].upper()]
+            # Which type of singularity a fold is depends on what the path imposes.
+            why = "the branch folds back there" if status == Status.BEYOND_FOLD else status.message
+            raise NoSolution(
+                f"{robot.name}: the path ends at {answer['reached']:.6g} {answer['unit']} of "
+                f"{answer['length']:.6g}: {why}."
+            )
+    return 0
 
 
 def describe(dataset: xr.Dataset) -> dict[str, Any]:

@@ -50,6 +50,7 @@ def made_up(happened, reached=0.09, axes="yz", certain=False):
         coords={
             "s": ("s", s, {"units": "m"}),
             "motor": ["q1", "q2"],
+            "imposed": labels[-2:],
             "coordinate": labels,
             "space": list(axes),
         },
@@ -84,7 +85,7 @@ def test_panels_hold_the_curves_in_their_units(figure):
         np.testing.assert_allclose(torques.lines[k].get_ydata(), dataset["motor_torque"][:, k])
     np.testing.assert_allclose(spread.lines[0].get_ydata(), 1e3 * dataset["semi_axis_max"])
     assert torques.get_ylabel() == "torques (N·m)"
-    assert drawn.legends == []
+    assert [text.get_text() for text in drawn.legends[0].get_texts()] == ["waypoint"]
 
 
 def test_grounds_are_where_the_events_say(figure):
@@ -95,7 +96,7 @@ def test_grounds_are_where_the_events_say(figure):
         assert (unstable.get_x(), unstable.get_width()) == pytest.approx((20.0, 30.0))
         assert (missed.get_x(), missed.get_width()) == pytest.approx((65.0, 25.0))
     names = [text.get_text() for text in drawn.legends[0].get_texts()]
-    assert names == ["unstable", "not reached"]
+    assert names == ["unstable", "not reached", "waypoint"]
 
 
 def test_what_stays_unstable_is_so_to_the_end(figure):
@@ -103,6 +104,23 @@ def test_what_stays_unstable_is_so_to_the_end(figure):
     figure(drawn)
     (ground,) = drawn.axes[0].patches
     assert ground.get_x() + ground.get_width() == pytest.approx(90.0)
+
+
+def test_limits_have_a_ground_of_their_own(figure):
+    limits = [{"s": 0.0, "event": "beyond limits"}, {"s": 0.03, "event": "within limits"}]
+    drawn = plot_trajectory(made_up(limits))
+    figure(drawn)
+    (ground,) = drawn.axes[0].patches
+    assert (ground.get_x(), ground.get_width()) == pytest.approx((0.0, 30.0))
+    assert drawn.legends[0].get_texts()[0].get_text() == "beyond a limit"
+
+
+def test_what_is_no_trajectory_is_refused(figure):
+    drawn, ax = plt.subplots()
+    figure(drawn)
+    for call in (plot_trajectory, cpr.events, lambda data: plot_path(data, ax)):
+        with pytest.raises(ValueError, match="`dataset` must be one of `trajectory`"):
+            call(made_up([]).assign_attrs(events=None).drop_attrs())
 
 
 def test_without_uncertainties_there_are_three_panels(figure):
@@ -113,7 +131,7 @@ def test_without_uncertainties_there_are_three_panels(figure):
 
 @pytest.mark.parametrize(("axes", "rows"), [(None, (1, 2)), (("x", "z"), (0, 2))])
 def test_a_path_is_drawn_in_its_plane_with_ellipses_of_its_sensitivities(figure, axes, rows):
-    dataset = made_up([], reached=0.065, axes="xyz")
+    dataset, rng = made_up([], reached=0.065, axes="xyz"), np.random.default_rng(0)
     drawn, ax = plt.subplots()
     figure(drawn)
     plot_path(dataset, ax, axes=axes, ellipses=2)
@@ -122,6 +140,12 @@ def test_a_path_is_drawn_in_its_plane_with_ellipses_of_its_sensitivities(figure,
     for patch, k in zip(ax.patches, (0, 6), strict=True):
         np.testing.assert_allclose(patch.center, places[k])
         spread = 1e3 * dataset["Pi_p"].values[k][list(rows)] * dataset["delta"].values
+        (rim,) = patch.get_path().to_polygons(patch.get_patch_transform())
+        rim = rim - places[k]
+        # Every point of the rim is as far as the support function of the kernel allows.
+        normals = rng.normal(size=(20, 2))
+        support = np.linalg.norm(normals @ spread, axis=1)
+        np.testing.assert_allclose(np.max(rim @ normals.T, axis=0), support, rtol=0.03)
         axes_of_it = np.linalg.svd(spread, compute_uv=False)
         np.testing.assert_allclose((patch.width, patch.height), 2.0 * axes_of_it)
 
@@ -129,5 +153,7 @@ def test_a_path_is_drawn_in_its_plane_with_ellipses_of_its_sensitivities(figure,
 def test_planes_are_named_by_positions(figure):
     drawn, ax = plt.subplots()
     figure(drawn)
-    with pytest.raises(ValueError, match=r"`axes` must be two of the positions \(y, z\)"):
+    with pytest.raises(
+        ValueError, match=r"`axes` must be two of the platform's coordinates \(y, z"
+    ):
         cpr.plot_path(made_up([]), ax, axes=("x", "y"))

@@ -1,16 +1,22 @@
 """Labels of parameters mean the same in robot files and in the analysis."""
 
+import tomllib
+
 import numpy as np
 import pytest
 
 from cpr_jax.analysis.parameters import select
 from cpr_jax.errors import InputError
 from cpr_jax.geometry import PLANE, SPACE, AbstractGeometry
-from cpr_jax.robots.labels import parameter_dimensions
+from cpr_jax.robots.labels import is_part_of, parameter_dimensions
 from cpr_jax.robots.leg import make_leg
+from cpr_jax.robots.reading import parse_specification
 from cpr_jax.robots.robot import Robot, make_robot
 from cpr_jax.robots.units import parse_quantity
 from cpr_jax.rods.rod import kirchhoff_rod
+from tests.robots.documents import DOCUMENTS
+
+WHOLE = ("k_b", "k_t", "k_2", "k_3", "r_c")
 
 LABELS = {
     *(
@@ -43,3 +49,28 @@ def test_labels_are_those_of_the_analysis(geometry: AbstractGeometry) -> None:
     assert set(units) == set(dimensions)
     for label, unit in units.items():
         assert parse_quantity(f"1 {unit}", dimensions[label], label) == 1.0
+
+
+@pytest.mark.parametrize("geometry", [PLANE, SPACE], ids=lambda geometry: geometry.name)
+def test_what_stands_for_all_legs_is_told_from_its_label(geometry: AbstractGeometry) -> None:
+    """As the analysis tells it from the numbers themselves."""
+    robot = two_legs(geometry)
+    labels = list(parameter_dimensions(geometry.name, [1, 1]))
+    of_all = [label for label in labels if not any(c in label for c in "_12") or label in WHOLE]
+    for whole in of_all:
+        for label in labels:
+            if label == whole:
+                continue
+            try:
+                select(robot, [whole, label])
+                same = False
+            except InputError:
+                same = True
+            assert (is_part_of(label, whole) or is_part_of(whole, label)) == same, (whole, label)
+
+
+def test_a_file_names_no_number_twice() -> None:
+    document = tomllib.loads(DOCUMENTS["point"])
+    document["uncertainty"] |= {"k_b": 1e-3}
+    with pytest.raises(InputError, match=r"`uncertainty.k_b1` must be left out beside `k_b`"):
+        parse_specification(document)
