@@ -66,9 +66,9 @@ def plan_path(
     **Raises:** `ValueError` for a bad argument; `SolveError` where no path leads to the
     goal.
     """
+    if not isinstance(dataset, xr.Dataset) or "seam" not in dataset or dataset["seam"].ndim != 2:
+        raise InputError("Argument `dataset` must be a workspace map over two coordinates.")
     names = [str(name) for name in dataset["status"].dims]
-    if len(names) != 2:
-        raise InputError("Argument `dataset` must be a map over two coordinates.")
     open_, price = _open(dataset, names, allowed, unstable), _price(dataset, names, cost)
     if not np.any(open_ & np.isfinite(price)):
         raise InputError(

@@ -8,13 +8,14 @@ import xarray as xr
 from jaxtyping import Array, Bool, Float
 
 from ..analysis.parameters import Selection, ranges, select
-from ..checks import check_positive
+from ..checks import check_kind, check_positive
 from ..errors import InputError, check_integer, shown
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium, check_fits, solve_inverse
 from ..statics.problem import imposed_coordinates, imposed_rows
 from ..statics.reach import out_of_reach, used_up
+from ..statics.roots import TOLERANCE
 from ..statics.status import Status
 from ..statics.stops import visit
 from .ahead import compile_trajectory
@@ -78,6 +79,7 @@ def trajectory(
     **Raises:** `ValueError` for a bad argument; `SolveError` where the first waypoint has no
     solution.
     """
+    check_kind("robot", robot, Robot, "a Robot")
     places = imposed_coordinates(robot, imposed)
     certain = parameters is None and not robot.uncertainty
     selection = Selection(()) if certain else select(robot, parameters)
@@ -105,6 +107,8 @@ def trajectory(
         found = task.events(line.s, stops, y, cells)
         status = np.full(len(stops), int(Status.SOLVED), np.int8)
         status[: len(y)][task.beyond(cells)] = Status.BEYOND_LIMITS
+        # What polishing does not bring below the tolerance is no solution.
+        status[: len(y)][~(cells.residual < TOLERANCE)] = Status.NOT_CONVERGED
         reached = float(line.s[-1])
         if end is not None:
             k = len(y) - 1
@@ -114,6 +118,7 @@ def trajectory(
             reached = float(line.s[k] + stride * end.progress)
             found.append({"s": reached, "event": "end", "status": end.status.name.lower()})
     kept = line.shown
+    there = kept[: len(y)] & (status[: len(y)] != Status.NOT_CONVERGED)
     along = Along(
         s=line.s[kept],
         points=line.points[kept],
@@ -123,7 +128,7 @@ def trajectory(
         places=places,
         reached=reached,
         events=found,
-        cells=Cell(*(leaf[kept[: len(y)]] for leaf in cells)),
+        cells=Cell(*(leaf[there] for leaf in cells)),
     )
     return trajectory_dataset(robot, selection, np.asarray(half_ranges), along)
 

@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float
 from ..analysis.parameters import Selection
 from ..errors import InputError
 from ..robots.robot import Robot
+from ..statics.status import Status
 from ..statics.unknowns import unknown_labels, unknown_units
 from .cells import Cell
 from .variables import cell_coordinates, cell_variables, index_variables, status_attributes
@@ -27,7 +28,7 @@ class Along(NamedTuple):
     - `status`: of each stop.
     - `reached`: distance to where the branch ends.
     - `events`: see `events`.
-    - `cells`: numbers of the stops up to there.
+    - `cells`: numbers of the stops that are solved.
     """
 
     s: np.ndarray
@@ -47,7 +48,7 @@ def trajectory_dataset(
     """The dataset of a trajectory: NaN behind the end of the branch, and `status` says why."""
     labels, units = unknown_labels(robot), unknown_units(robot)
     cells, count = along.cells, len(along.s)
-    solved = np.arange(count) < len(cells.energy)
+    solved = np.isin(along.status, (Status.SOLVED, Status.BEYOND_LIMITS))
 
     def entry(values, unit: str, text: str, *more: str):
         values = np.asarray(values)

@@ -166,6 +166,12 @@ def test_mistakes_are_named(arguments, message):
         cpr.plan_path(made_up(1.0), **{"start": (0.1, 0.1), "goal": (0.2, 0.2), **arguments})
 
 
+def test_what_is_no_map_is_refused():
+    for other in (3, xr.Dataset()):
+        with pytest.raises(ValueError, match="`dataset` must be a workspace map over two"):
+            cpr.plan_path(other, (0.0, 0.0), (0.3, 0.4))
+
+
 def test_without_uncertainties_it_is_the_shortest_path():
     bare = made_up(1.0).drop_vars("semi_axis_max")
     assert cpr.plan_path(bare, (0.0, 0.0), (0.3, 0.4)).cost == pytest.approx(0.5)

@@ -245,6 +245,19 @@ def test_mistakes_are_named(robot, arguments, message):
         cpr.trajectory(robot, **{"waypoints": [(0.0, 0.2), (0.02, 0.2)], **arguments})
 
 
+def test_a_name_is_no_robot():
+    with pytest.raises(ValueError, match="`robot` must be a Robot"):
+        cpr.trajectory("rfrfr", [(0.0, 0.2), (0.02, 0.2)])
+
+
+def test_what_is_not_solved_well_enough_is_no_solution(robot, monkeypatch):
+    """As in a map: no stop of which the residual is above the tolerance has numbers."""
+    monkeypatch.setattr("cpr_jax.studies.trajectory.TOLERANCE", 1e-30)
+    path = cpr.trajectory(robot, [(0.0, 0.2), (0.02, 0.2)])
+    assert set(path["status"].values) == {int(Status.NOT_CONVERGED)}
+    assert np.all(path["index"].values == -1) and np.all(np.isnan(path["q_a"].values))
+
+
 def test_a_first_waypoint_out_of_reach_is_a_solve_without_a_solution(robot):
     with pytest.raises(cpr.SolveError) as caught:
         cpr.trajectory(robot, [(0.0, 0.5), (0.0, 0.2)])
