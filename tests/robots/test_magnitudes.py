@@ -42,7 +42,7 @@ def test_good_files_raise_no_suspicion_of_their_sizes(name):
             changed("uncertainty", "k_b1", value=4.73),
             "`uncertainty.k_b1` is 4.73 in SI units, more",
         ),
-        (changed("uncertainty", "k_b", value=4.73), "`uncertainty.k_b` is 4.73 in SI units, more"),
+        (changed("uncertainty", value={"k_b": 4.73}), "`uncertainty.k_b` is 4.73 in SI units"),
         (changed("uncertainty", "l2", value=1), "`uncertainty.l2` is 1 in SI units, more than"),
     ],
     ids=lambda value: value.split("`")[1] if isinstance(value, str) else "",

@@ -243,10 +243,10 @@ def test_without_uncertainties_all_but_the_sensitivities_is_there(robot):
 
 def test_what_polishing_does_not_mend_is_no_solution(robot, monkeypatch):
     """With a tolerance that nothing meets, no cell is called solved and none has numbers."""
-    from cpr_jax.studies import stages, workspace
+    from cpr_jax.studies import cells, workspace
 
     monkeypatch.setattr(workspace, "TOLERANCE", 0.0)
-    monkeypatch.setattr(stages, "TOLERANCE", 0.0)
+    monkeypatch.setattr(cells, "TOLERANCE", 0.0)
     dataset = workspace_map(robot, spacing=0.02, box=((0.0, 0.18), (0.06, 0.24)))
     assert np.all(dataset["status"].values == Status.NOT_CONVERGED)
     assert np.all(np.isnan(dataset["semi_axis_max"].values))
