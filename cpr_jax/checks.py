@@ -1,5 +1,6 @@
 """What numbers must be to describe a robot, traced ones as far as they are known."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import jax
@@ -50,6 +51,22 @@ def check_finite(name: str, value: Any) -> None:
     """Refuses numbers that are infinite or NaN; traced ones are not known."""
     if not _is_traced(value) and not np.all(np.isfinite(np.asarray(value, float))):
         raise InputError(f"Argument `{name}` must be finite, but it is {shown(value)}.")
+
+
+def finite_rows(name: str, values: Any, labels: Sequence[str], least: int = 1) -> np.ndarray:
+    """Rows of finite numbers as an array, one number for each label; refuses anything else."""
+    try:
+        rows = np.asarray(values, float)
+    except (TypeError, ValueError):
+        rows = np.empty(0)
+    if rows.ndim != 2 or len(rows) < least or rows.shape[1] != len(labels):
+        count = "rows" if least == 1 else f"at least {least} rows"
+        raise InputError(
+            f"Argument `{name}` must be {count} of {len(labels)} numbers ({', '.join(labels)}), "
+            f"but it is {shown(values)}."
+        )
+    check_finite(name, rows)
+    return rows
 
 
 def check_kind(name: str, value: Any, kind: type, example: str) -> None:

@@ -111,6 +111,18 @@ def select(
     return Selection(entries)
 
 
+def selected(
+    robot: Robot, labels: Sequence[str] | None, delta: Mapping[str, float] | None
+) -> tuple[Selection, Float[Array, " n_rho"]]:
+    """`select` and `ranges`, of nothing where a robot has no uncertainty and none is asked for.
+
+    What is looked at still has its place, its singularities and its stability.
+    """
+    certain = labels is None and not robot.uncertainty
+    selection = Selection(()) if certain else select(robot, labels)
+    return selection, ranges(robot, selection, delta)
+
+
 def ranges(
     robot: Robot, selection: Selection, delta: Mapping[str, float] | None = None
 ) -> Float[Array, " n_rho"]:

@@ -7,11 +7,12 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Ellipse, Patch
+from matplotlib.patches import Patch
 
 from ..errors import InputError, check_integer
-from ..studies.trajectory_dataset import events
+from ..studies.trajectory_dataset import check_trajectory, events
 from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PAGE, VERMILION
+from .workspace import ellipse_of
 
 _COLOURS = (BLUE, VERMILION, GREEN, ORANGE, BLACK, GREY)
 _STYLES: Any = ("-", (0, (4, 3)))
@@ -35,7 +36,7 @@ def plot_trajectory(dataset: xr.Dataset) -> Figure:
 
     **Returns:** a figure of its own with up to four panels above each other.
     """
-    _check(dataset)
+    handles = _grounds(dataset)
     panels = [_motors, _torques, *([_spread] if "semi_axis_max" in dataset else []), _singularities]
     size = 0.75 * PAGE, 1.45 * len(panels) + 0.3
     figure, axes = plt.subplots(len(panels), 1, figsize=size, sharex=True, layout="constrained")
@@ -47,7 +48,6 @@ def plot_trajectory(dataset: xr.Dataset) -> Figure:
     axes[-1].set_xlabel(f"distance along the path ({unit})")
     axes[-1].set_xlim(s[0], s[-1])
     figure.align_ylabels()
-    handles = _grounds(dataset)
     if handles:
         figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False)
     return figure
@@ -68,7 +68,7 @@ def plot_path(
     - `axes`: which two coordinates, such as `("z", "phi_P_x")`; by default the last two positions.
     - `ellipses`: how many; projected on the plane.
     """
-    _check(dataset)
+    check_trajectory(dataset)
     check_integer("ellipses", ellipses, least=0)
     labels = [str(label).removeprefix("p_P_") for label in dataset["coordinate"].values]
     positions = [label for label in labels if label in dataset["space"].values]
@@ -103,18 +103,8 @@ def plot_path(
     spread_out = np.linspace(0, max(len(some) - 1, 0), ellipses).astype(int)
     for k in np.unique(some[spread_out[: len(some)]]):
         spread = factors[:, None] * dataset["Pi_p"].values[k][rows] * dataset["delta"].values
-        directions, semi_axes, _ = np.linalg.svd(spread, full_matrices=False)
-        width, height = 2.0 * np.pad(semi_axes, (0, 2 - len(semi_axes)))
-        angle = float(np.rad2deg(np.arctan2(directions[1, 0], directions[0, 0])))
-        look: Any = {"fc": ORANGE, "ec": BLACK, "lw": 0.5, "alpha": 0.85, "zorder": 6.1}
         # Large ones, beside a singularity, are not to widen the view.
-        ax.add_artist(Ellipse((places[k, 0], places[k, 1]), width, height, angle=angle, **look))
-
-
-def _check(dataset: xr.Dataset) -> None:
-    """Refuses what is no trajectory."""
-    if not isinstance(dataset, xr.Dataset) or "events" not in dataset.attrs:
-        raise InputError("Argument `dataset` must be one of `trajectory`, but it is another.")
+        ax.add_artist(ellipse_of(spread, places[k], alpha=0.85, zorder=6.1))
 
 
 def _motors(dataset: xr.Dataset, s: np.ndarray, ax: Axes) -> None:

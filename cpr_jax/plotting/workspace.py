@@ -6,6 +6,7 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
+from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, LogNorm, Normalize
 from matplotlib.figure import Figure
@@ -138,12 +139,19 @@ def plot_ellipses(dataset: xr.Dataset, points: np.ndarray, ax: Axes, scale: floa
         spread = cell["Pi_p"].values[rows] * cell["delta"].values * factors[:, None]
         if not np.all(np.isfinite(spread)):
             continue
-        directions, semi_axes, _ = np.linalg.svd(spread, full_matrices=False)
-        width, height = 2.0 * scale * np.pad(semi_axes, (0, 2 - len(semi_axes)))
         center = factors * [float(cell[name]) for name in names]
-        angle = float(np.rad2deg(np.arctan2(directions[1, 0], directions[0, 0])))
-        look: Any = {"fc": ORANGE, "ec": BLACK, "lw": 0.5, "zorder": 5}
-        ax.add_patch(Ellipse((center[0], center[1]), width, height, angle=angle, **look))
+        ax.add_patch(ellipse_of(scale * spread, center, zorder=5))
+
+
+def ellipse_of(
+    spread: Float[np.ndarray, "2 n_rho"], center: Float[np.ndarray, "2"], **look: Any
+) -> Ellipse:
+    """The ellipse of two coordinates, from their sensitivities times the half ranges."""
+    directions, semi_axes, _ = np.linalg.svd(spread, full_matrices=False)
+    width, height = 2.0 * np.pad(semi_axes, (0, 2 - len(semi_axes)))
+    angle = float(np.rad2deg(np.arctan2(directions[1, 0], directions[0, 0])))
+    look = {"fc": ORANGE, "ec": BLACK, "lw": 0.5, **look}
+    return Ellipse((center[0], center[1]), width, height, angle=angle, **look)
 
 
 def figure_3(dataset: xr.Dataset, robot: Robot, points: np.ndarray) -> Figure:

@@ -12,11 +12,12 @@ from scipy.optimize import minimize
 
 from ..analysis.ellipsoid import ellipsoid
 from ..analysis.sensitivity import sensitivity
-from ..checks import check_positive
+from ..checks import check_positive, finite_rows
 from ..errors import InputError, check_integer, shown
 from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium
 from ..statics.problem import imposed_coordinates
+from ..statics.unknowns import unknown_labels
 from .design_search import SLACK, Build, Measure, Search
 
 
@@ -103,7 +104,8 @@ def optimise_design(
     robot = build({name: jnp.asarray(float(start[name])) for name in names})
     if not isinstance(robot, Robot):
         raise InputError(f"Argument `build` must return a Robot, but it returned {shown(robot)}.")
-    search.begin(robot, _checked_points(robot, points, imposed), imposed, start)
+    labels = [unknown_labels(robot)[place] for place in imposed_coordinates(robot, imposed)]
+    search.begin(robot, finite_rows("points", points, labels), imposed, start)
 
     with warnings.catch_warnings():
         # Rounding takes trial designs past their bounds; SciPy moves them back and says so.
@@ -172,17 +174,3 @@ def _are_numbers(values: object) -> bool:
         return bool(np.all(np.isfinite(np.asarray(values, float))))
     except (TypeError, ValueError):
         return False
-
-
-def _checked_points(robot: Robot, points, imposed) -> Float[np.ndarray, "points n_a"]:
-    count = len(imposed_coordinates(robot, imposed))
-    try:
-        rows = np.asarray(points, float)
-    except (TypeError, ValueError):
-        rows = np.empty(0)
-    if rows.ndim != 2 or len(rows) == 0 or rows.shape[1] != count or not np.all(np.isfinite(rows)):
-        raise InputError(
-            f"Argument `points` must be rows of {count} finite numbers, but it is {shown(points)} "
-            f"of shape {np.shape(rows)}."
-        )
-    return rows

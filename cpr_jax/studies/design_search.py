@@ -70,7 +70,6 @@ class Search:
     def __init__(self, build, names, low, span, objective, constraints, unstable):
         self.names, self.history = names, []
         self.refused, self._turned = "", False
-
         self._low, self._span = low, span
         self._build, self._objective, self._constraints = build, objective, constraints
         self._unstable = unstable

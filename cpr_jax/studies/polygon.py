@@ -5,34 +5,12 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..errors import InputError, shown
+from ..errors import InputError
 from ..robots.robot import Robot
-from ..statics.unknowns import unknown_labels, unknown_scales, unknown_units
+from ..statics.unknowns import unknown_scales, unknown_units
 
 _MOST = 1_000_000
 """Stops of a path: so many take a quarter of an hour and some gigabytes."""
-
-
-def checked_waypoints(
-    robot: Robot, waypoints, places: tuple[int, ...]
-) -> Float[np.ndarray, "k n_a"]:
-    """Waypoints as an array, one row each.
-
-    **Raises:** `InputError` where they are none of the imposed coordinates.
-    """
-    names = ", ".join(unknown_labels(robot)[place] for place in places)
-    try:
-        corners = np.asarray(waypoints, float)
-    except (TypeError, ValueError):
-        corners = np.empty(0)
-    if corners.ndim != 2 or len(corners) < 2 or corners.shape[1] != len(places):
-        raise InputError(
-            f"Argument `waypoints` must be at least two rows of {len(places)} numbers ({names}), "
-            f"but it is {shown(waypoints)} of shape {np.shape(corners)}."
-        )
-    if not np.all(np.isfinite(corners)):
-        raise InputError("Argument `waypoints` must be finite, but some of it is not.")
-    return corners
 
 
 class Polygon(NamedTuple):

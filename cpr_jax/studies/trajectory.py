@@ -7,9 +7,9 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Array, Bool, Float
 
-from ..analysis.parameters import Selection, ranges, select
-from ..checks import check_kind, check_positive
-from ..errors import InputError, check_integer, shown
+from ..analysis.parameters import Selection, selected
+from ..checks import check_kind, check_positive, finite_rows
+from ..errors import check_integer
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium, check_fits, solve_inverse
@@ -18,11 +18,12 @@ from ..statics.reach import out_of_reach, used_up
 from ..statics.roots import TOLERANCE
 from ..statics.status import Status
 from ..statics.stops import visit
+from ..statics.unknowns import unknown_labels
 from .ahead import compile_trajectory
 from .cells import Cell, look_at_cells, polished
 from .limits import Limits
 from .parallel import in_parallel, padded
-from .polygon import Polygon, checked_waypoints
+from .polygon import Polygon
 from .trajectory_dataset import Along, changes, trajectory_dataset
 
 CHUNK = 128
@@ -81,17 +82,16 @@ def trajectory(
     """
     check_kind("robot", robot, Robot, "a Robot")
     places = imposed_coordinates(robot, imposed)
-    certain = parameters is None and not robot.uncertainty
-    selection = Selection(()) if certain else select(robot, parameters)
-    half_ranges = ranges(robot, selection, delta)
+    selection, half_ranges = selected(robot, parameters, delta)
     if seed is not None:
         check_fits("seed", seed, robot)
-    if limits is not None and not isinstance(limits, Limits):
-        raise InputError(f"Argument `limits` must be `Limits`, but it is {shown(limits)}.")
+    if limits is not None:
+        check_kind("limits", limits, Limits, "`Limits`")
     check_integer("steps", steps)
     if spacing is not None:
         check_positive("spacing", spacing)
-    corners = checked_waypoints(robot, waypoints, places)
+    labels = [unknown_labels(robot)[place] for place in places]
+    corners = finite_rows("waypoints", waypoints, labels, least=2)
     line = Polygon.of(robot, corners, places, spacing)
     stops = np.zeros((len(line.points), robot.n_a + robot.n_p))
     stops[:, places] = line.points

@@ -101,9 +101,14 @@ def events(dataset: xr.Dataset) -> list[dict[str, Any]]:
     found to a sixtieth of the usual distance of two stops, or better. Parts of a dataset have the
     events of the whole.
     """
+    check_trajectory(dataset)
+    return json.loads(dataset.attrs["events"])
+
+
+def check_trajectory(dataset: Any) -> None:
+    """Refuses what is no trajectory."""
     if not isinstance(dataset, xr.Dataset) or "events" not in dataset.attrs:
         raise InputError("Argument `dataset` must be one of `trajectory`, but it is another.")
-    return json.loads(dataset.attrs["events"])
 
 
 def changes(

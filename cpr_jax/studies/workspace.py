@@ -10,7 +10,8 @@ import numpy as np
 import xarray as xr
 from tqdm import tqdm
 
-from ..analysis.parameters import Selection, ranges, select
+from ..analysis.parameters import selected
+from ..checks import check_kind
 from ..errors import InputError, check_integer, shown
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
@@ -98,10 +99,7 @@ def workspace_map(
     **Raises:** `ValueError` for a bad argument; `SolveError` where the home has no solution.
     """
     places = imposed_coordinates(robot, imposed)
-    # Without uncertainties a map still has the workspace, its singularities and stability.
-    certain = parameters is None and not robot.uncertainty
-    selection = Selection(()) if certain else select(robot, parameters)
-    half_ranges = ranges(robot, selection, delta)
+    selection, half_ranges = selected(robot, parameters, delta)
     if seed is not None:
         check_fits("seed", seed, robot)
         if int(seed.status) != Status.SOLVED:
@@ -124,8 +122,8 @@ def workspace_map(
             f"Argument `imposed` must contain the axes of the map, {' and '.join(grid.names)}, "
             f"but it is {shown(imposed)}."
         )
-    if limits is not None and not isinstance(limits, Limits):
-        raise InputError(f"Argument `limits` must be `Limits`, but it is {shown(limits)}.")
+    if limits is not None:
+        check_kind("limits", limits, Limits, "`Limits`")
     chunk = _CHUNK if grid.shape[0] * grid.shape[1] > 4 * _CHUNK else _CHUNK // 8
     folder = None if out is None else pathlib.Path(out)
     many = grid.shape[0] * grid.shape[1] > _MANY

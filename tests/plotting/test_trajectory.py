@@ -140,12 +140,12 @@ def test_a_path_is_drawn_in_its_plane_with_ellipses_of_its_sensitivities(figure,
     for patch, k in zip(ax.patches, (0, 6), strict=True):
         np.testing.assert_allclose(patch.center, places[k])
         spread = 1e3 * dataset["Pi_p"].values[k][list(rows)] * dataset["delta"].values
-        (rim,) = patch.get_path().to_polygons(patch.get_patch_transform())
-        rim = rim - places[k]
-        # Every point of the rim is as far as the support function of the kernel allows.
+        # How far it reaches in any direction is what the kernel says.
         normals = rng.normal(size=(20, 2))
-        support = np.linalg.norm(normals @ spread, axis=1)
-        np.testing.assert_allclose(np.max(rim @ normals.T, axis=0), support, rtol=0.03)
+        angle = np.deg2rad(patch.angle)
+        along = normals @ [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+        reach = np.linalg.norm(along * [0.5 * patch.width, 0.5 * patch.height], axis=1)
+        np.testing.assert_allclose(reach, np.linalg.norm(normals @ spread, axis=1), rtol=1e-9)
         axes_of_it = np.linalg.svd(spread, compute_uv=False)
         np.testing.assert_allclose((patch.width, patch.height), 2.0 * axes_of_it)
 

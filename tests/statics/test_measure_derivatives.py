@@ -54,9 +54,8 @@ def test_derivatives_beside_differences(plane):
     np.testing.assert_allclose(forward, expected, rtol=1e-5, atol=1e-7 * scale)
 
 
-def test_derivatives_in_numbers_that_are_units_beside_differences(plane):
+def test_derivatives_in_numbers_that_are_units_beside_differences():
     """Length and stiffness of the rods: what is dimensionless changes with its units."""
-    del plane
     nearby = solve_inverse(rfrfr(), (0.06, 0.15))
 
     def measures(x):

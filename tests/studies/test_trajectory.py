@@ -226,10 +226,10 @@ def test_a_robot_without_uncertainties_has_a_trajectory():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"waypoints": [(0.0, 0.2)]}, "`waypoints` must be at least two rows of 2 numbers"),
-        ({"waypoints": (0.0, 0.2)}, "`waypoints` must be at least two rows"),
-        ({"waypoints": [(0.0, 0.2, 0.1)] * 2}, "`waypoints` must be at least two rows"),
-        ({"waypoints": "here"}, "`waypoints` must be at least two rows"),
+        ({"waypoints": [(0.0, 0.2)]}, "`waypoints` must be at least 2 rows of 2 numbers"),
+        ({"waypoints": (0.0, 0.2)}, "`waypoints` must be at least 2 rows"),
+        ({"waypoints": [(0.0, 0.2, 0.1)] * 2}, "`waypoints` must be at least 2 rows"),
+        ({"waypoints": "here"}, "`waypoints` must be at least 2 rows"),
         ({"waypoints": [(0.0, 0.2), (0.0, np.nan)]}, "`waypoints` must be finite"),
         ({"waypoints": [(0.0, 0.2), (0.0, 0.2)]}, "`waypoints` must be different points"),
         ({"spacing": 0.0}, "`spacing` must be positive"),
