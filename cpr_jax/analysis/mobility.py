@@ -57,7 +57,7 @@ class Mobility(eqx.Module):
 def mobility(robot: Robot, equilibrium: Equilibrium, steps: int = DEFAULT_STEPS) -> Mobility:
     """The platform's motion per motor and per load at an equilibrium."""
     check_fits("equilibrium", equilibrium, robot)
-    return _mobility(robot, equilibrium.y, steps)
+    return _mobility(robot.unnamed, equilibrium.y, steps)
 
 
 @program

@@ -74,7 +74,7 @@ def stability(robot: Robot, equilibrium: Equilibrium, steps: int = DEFAULT_STEPS
     were 1. There an index of 0 is no proof of stability.
     """
     check_fits("equilibrium", equilibrium, robot)
-    return _stability(robot, equilibrium.y, steps)
+    return _stability(robot.unnamed, equilibrium.y, steps)
 
 
 @program

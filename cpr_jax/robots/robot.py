@@ -110,6 +110,14 @@ class Robot(eqx.Module):
         """Rotation of the platform; a point keeps the world axes."""
         return self.geometry.exp(self.turn(q_p))
 
+    @property
+    def unnamed(self) -> "Robot":
+        """Without its name and its half ranges, on which no equilibrium depends.
+
+        Robots that are alike in the rest share what is compiled for their solves.
+        """
+        return dataclasses.replace(self, name="", uncertainty={})
+
     def leg(self, i: int) -> Leg:
         """Leg `i`, counted from 0."""
         return jax.tree.map(lambda leaf: unchanged(namespace(leaf).asarray(leaf)[i]), self.legs)

@@ -162,7 +162,7 @@ def _solve(robot, imposed, target, guess, steps, throw):
     first, *finer = (np.asarray(count) for count in (STEPS if steps is None else (steps,)))
     chosen = ROUGH if traced else BALANCED
     tolerance = np.asarray(chosen if steps is None else np.inf)
-    task = robot, imposed, target
+    task = robot.unnamed, imposed, target
     if traced:
         reached = _reached(*task, guess, first, True)
         return polish(*task, reached.y, reached.status, tolerance, branch, first)
@@ -266,7 +266,8 @@ def compile_from_home(
     robot: Robot, imposed: Float[Array, "n_a n_q"], steps: Steps
 ) -> list[threading.Thread]:
     """Starts to compile what finds the equilibrium at any target of a robot with a home."""
-    target, steps = not_a_number(robot.n_a + robot.n_p), np.asarray(steps)
+    robot, target = robot.unnamed, not_a_number(robot.n_a + robot.n_p)
+    steps = np.asarray(steps)
     moving = started(lambda: from_home(robot, imposed, at_rest(robot), target, steps))
     ending = _compile_polish(robot, imposed, target, "home", steps)
     return [moving] if ending is None else [moving, ending]

@@ -1,15 +1,16 @@
 """Cold starts: from a robot's home configuration, or from a systematic search."""
 
-from typing import NamedTuple
+import dataclasses
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Float
 
 from ..geometry import floats
+from ..parallel import in_parallel
 from ..programs import program
-from ..robots.robot import Robot
+from ..robots.robot import Home, Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..rods.solver import Steps
 from .continuation import Corrected, Track, follow
@@ -190,10 +191,10 @@ def from_home_at_random(
     units = np.asarray(unknown_scales(robot))[rough.size :].reshape(robot.n, -1)
     most = np.where(np.asarray(base_freedoms(robot)) > 0.5, _LOOSE, _LIGHT)
     random = np.random.default_rng(0).uniform(-1.0, 1.0, (SEARCH_STARTS, *units.shape))
-    starts = floats(np.tile(rough, (SEARCH_STARTS, 1)))
-    tracks = _from_all(robot, imposed, starts, floats(most * units * random), goal, steps)
-    any_assembled = bool(np.any(np.asarray(tracks.assembled)))
-    return _least(tracks, Status.LOST if any_assembled else Status.NOT_ASSEMBLED)
+    found = _from_each([robot] * SEARCH_STARTS, imposed, floats(most * units * random), goal, steps)
+    any_assembled = any(int(home.status) == Status.SOLVED for home, _ in found)
+    otherwise = Status.LOST if any_assembled else Status.NOT_ASSEMBLED
+    return _least(robot, [track for _, track in found], otherwise, steps)
 
 
 @program
@@ -323,40 +324,39 @@ def search(
     steps: Steps = DEFAULT_STEPS,
 ) -> Track:
     """Assembles a robot in many configurations, follows each, keeps the least energy."""
-    starts = search_starts(robot)
-    rests = jnp.broadcast_to(at_rest(robot), (len(starts), robot.n, robot.geometry.freedoms))
-    tracks = _from_all(robot, imposed, starts, rests, goal, steps)
-    if not np.any(np.asarray(tracks.status) == Status.SOLVED):
-        bent = jnp.stack([reaching(robot, start, steps) for start in starts])
-        tracks = _from_all(robot, imposed, starts, bent, goal, steps)
-    return _least(tracks, Status.NOT_FOUND)
+    starts = np.asarray(search_starts(robot))
+    configurations = [map(floats, np.split(start, [robot.n_a])) for start in starts]
+    homes = [dataclasses.replace(robot, home=Home(*parts)) for parts in configurations]
+    found = _from_each(homes, imposed, [at_rest(robot)] * len(homes), goal, steps)
+    if all(int(track.status) != Status.SOLVED for _, track in found):
+        bent = [reaching(robot, start, steps) for start in starts]
+        found = _from_each(homes, imposed, bent, goal, steps)
+    return _least(robot, [track for _, track in found], Status.NOT_FOUND, steps)
 
 
-def _least(tracks: "_Found", otherwise: Status) -> Track:
+def _from_each(homes, imposed, legs, goal, steps) -> list[tuple[Track, Track]]:
+    """`from_home` of several robots, each with its unknowns of the legs.
+
+    One by one: ways differ so much in length that a batch would wait for its longest most of the
+    time, and the program of a single one is there already.
+    """
+
+    def one(task) -> tuple[Track, Track]:
+        robot, mu = task
+        return jax.tree.map(np.asarray, from_home(robot, imposed, mu, goal, steps))
+
+    return in_parallel(one, zip(homes, legs, strict=True))
+
+
+def _least(robot: Robot, tracks: list[Track], otherwise: Status, steps: Steps) -> Track:
     """The track of least energy among those that have arrived, or a status."""
-    energies = np.where(np.asarray(tracks.status) == Status.SOLVED, tracks.energy, np.inf)
-    best = int(np.argmin(energies))
-    track = jax.tree.map(lambda leaf: leaf[best], tracks.track)
-    if not np.isfinite(energies[best]):
-        return track._replace(status=jnp.asarray(int(otherwise)))
-    return track
-
-
-class _Found(NamedTuple):
-    track: Track
-    energy: Float[Array, ""]
-    assembled: Bool[Array, ""]
-
-    @property
-    def status(self):
-        return self.track.status
+    arrived = np.array([int(track.status) == Status.SOLVED for track in tracks])
+    if not np.any(arrived):
+        return tracks[0]._replace(status=jnp.asarray(int(otherwise)))
+    energies = np.asarray(_energies(robot, np.stack([track.y for track in tracks]), steps))
+    return tracks[int(np.argmin(np.where(arrived, energies, np.inf)))]
 
 
 @program
-def _from_all(robot, imposed, starts, legs, goal, steps):
-    def one(rough, mu):
-        home, track = assemble_and_move(robot, imposed, rough, mu, goal, steps)
-        energy = potential_energy(robot, track.y, steps)
-        return _Found(track, energy, home.status == Status.SOLVED)
-
-    return jax.vmap(one)(starts, legs)
+def _energies(robot, ys, steps):
+    return jax.vmap(lambda y: potential_energy(robot, y, steps))(ys)

@@ -43,7 +43,7 @@ def shape(robot: Robot, equilibrium: Equilibrium, points: int = 51) -> Shape:
     """
     check_fits("equilibrium", equilibrium, robot)
     check_integer("points", points, least=2)
-    return _shape(robot, equilibrium.y, points, -(-DEFAULT_STEPS // (points - 1)))
+    return _shape(robot.unnamed, equilibrium.y, points, -(-DEFAULT_STEPS // (points - 1)))
 
 
 @program

@@ -15,6 +15,7 @@ from ..analysis.pieces import rods_in_pieces
 from ..analysis.stability import count_unstable
 from ..errors import InputError, check_integer
 from ..geometry import Numbers, floats
+from ..parallel import in_parallel, padded
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
@@ -32,7 +33,6 @@ from ..statics.reach import used_up
 from ..statics.roots import find_root
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
-from .parallel import in_parallel, padded
 
 _LANES = 512
 _FORCES = (10.0, 10.0, 20.0)
@@ -77,7 +77,7 @@ class AllEquilibria(NamedTuple):
         here = y[: robot.n_a + robot.n_p]
         solved = np.asarray(int(Status.SOLVED))
         return polish(
-            robot, imposed, here, y, solved, np.asarray(np.inf), "search", np.asarray(steps)
+            robot.unnamed, imposed, here, y, solved, np.asarray(np.inf), "search", np.asarray(steps)
         )
 
 
@@ -120,7 +120,7 @@ def find_equilibria(
         raise InputError(f"Argument `{name}` must be {n_a} finite numbers, but it is {given!r}.")
     target = np.zeros(n_a + robot.n_p)
     target[list(places)] = values
-    problem = Problem(robot, imposed_rows(robot, places), floats(target))
+    problem = Problem(robot.unnamed, imposed_rows(robot, places), floats(target))
 
     units = np.asarray(unknown_scales(robot))
     coarse = max(2, (steps + 1) // 2)

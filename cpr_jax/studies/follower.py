@@ -5,12 +5,12 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..parallel import in_parallel, on_devices, padded
 from ..robots.robot import Robot
 from ..rods.solver import Steps, as_scheme
 from ..statics.advance import Nearby, advance, advance_many
 from ..statics.continuation import DEVIATION
 from ..statics.status import Status
-from .parallel import in_parallel, on_devices, padded
 
 LANES = 128
 """Ways in one call of a compiled program."""

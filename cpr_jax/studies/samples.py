@@ -12,6 +12,7 @@ from jaxtyping import Array, Float, Int
 from ..analysis.ellipsoid import Ellipsoid
 from ..analysis.expansion import Expansion, HeldEquations
 from ..analysis.parameters import Selection
+from ..parallel import WORKERS, in_parallel, on_devices
 from ..programs import program
 from ..queue import queued_loop
 from ..robots.robot import Robot
@@ -23,7 +24,6 @@ from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
 from .chord import ChordIteration
 from .draws import Distribution, draw
-from .parallel import WORKERS, in_parallel, on_devices
 
 CHUNK = 1024
 """Samples solved at once: their states fit into a core's cache."""

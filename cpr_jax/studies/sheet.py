@@ -3,10 +3,10 @@
 import numpy as np
 
 from ..analysis.singularity import SingularityType, trace_curves
+from ..parallel import in_parallel
 from ..robots.robot import Robot
 from ..statics.unknowns import unknown_scales
 from .grid import Grid
-from .parallel import in_parallel
 
 _SAME_SHEET = 0.3
 """Largest difference of the motors, dimensionless, between a curve and the cells around it, where

@@ -9,6 +9,7 @@ from jaxtyping import Array, Bool, Float
 from tqdm import tqdm
 
 from ..analysis.parameters import Selection
+from ..parallel import in_parallel, on_devices, padded
 from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium
 from ..statics.unknowns import unknown_scales
@@ -18,7 +19,6 @@ from .follower import Follower
 from .front import Front
 from .grid import Grid
 from .limits import Limits
-from .parallel import in_parallel, on_devices, padded
 from .parts import Parts
 
 _SAVE_EVERY = 2.0

@@ -10,6 +10,7 @@ from jaxtyping import Array, Bool, Float
 from ..analysis.parameters import Selection, selected
 from ..checks import check_kind, check_positive, finite_rows
 from ..errors import check_integer
+from ..parallel import in_parallel, padded
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium, check_fits, solve_inverse
@@ -22,7 +23,6 @@ from ..statics.unknowns import unknown_labels
 from .ahead import compile_trajectory
 from .cells import Cell, look_at_cells, polished
 from .limits import Limits
-from .parallel import in_parallel, padded
 from .polygon import Polygon
 from .trajectory_dataset import Along, changes, trajectory_dataset
 

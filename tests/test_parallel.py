@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from cpr_jax.studies.parallel import WORKERS, in_parallel
+from cpr_jax.parallel import WORKERS, in_parallel
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 100])
