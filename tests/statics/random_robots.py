@@ -13,6 +13,7 @@ from cpr_jax.robots.robot import make_robot
 from cpr_jax.rods.rod import Rod
 from cpr_jax.statics.equilibrium import solve_forward
 from cpr_jax.statics.status import Status
+from tests.statics.segmented import stepped
 
 KINDS = [pytest.param((PLANE, 2), id="plane"), pytest.param((SPACE, 3), id="space")]
 
@@ -127,10 +128,18 @@ def random_robot(rng, geometry, legs: int):
     return dataclasses.replace(robot, legs=dataclasses.replace(robot.legs, turns=True))
 
 
+SHARES = ((1.0,), (0.7, 0.3), (0.3, 0.3, 0.4))
+
+
 def solved_robots(geometry, legs: int, count: int = 9, seed: int = 1):
-    """Those of some random robots that assemble at a rough home, with their equilibria."""
+    """Those of some random robots that assemble at a rough home, with their equilibria.
+
+    In space with rods of one, two and three segments: one program for all that there is.
+    """
     rng = np.random.default_rng(seed)
     robots = [random_robot(rng, geometry, legs) for _ in range(count)]
+    if geometry is SPACE:
+        robots = [stepped(robot, SHARES, k, 0.4, 0.1) for k, robot in enumerate(robots)]
     found = [(robot, solve_forward(robot, np.zeros(legs), throw=False)) for robot in robots]
     statuses = [Status(int(equilibrium.status)) for _, equilibrium in found]
     classified = {Status.SOLVED, Status.LOST, Status.NOT_CONVERGED, Status.NOT_ASSEMBLED}

@@ -26,11 +26,11 @@ def cut(robot, shares):
     return with_rods(robot, rods)
 
 
-def stepped(robot, shares, seed=0, spread=0.7):
+def stepped(robot, shares, seed=0, spread=0.7, weight=1.0):
     """A robot whose segments differ in stiffness, in curvature at rest and in weight.
 
     Stiffnesses differ by up to factors of `exp(±spread)`, both between segments and from axis to
-    axis.
+    axis. `weight` is the size of the distributed force beside what a rod bears.
     """
     rng = np.random.default_rng(seed)
     d, r = robot.geometry.d, robot.geometry.r
@@ -47,7 +47,7 @@ def stepped(robot, shares, seed=0, spread=0.7):
                     length=rod.length * part,
                     curvature_compliance=rod.curvature_compliance * factors,
                     precurvature=rod.precurvature * rng.uniform(0.3, 1.7, r),
-                    force=unit * rng.normal(size=d),
+                    force=weight * unit * rng.normal(size=d),
                 )
             )
         rods.append(segmented_rod(pieces))

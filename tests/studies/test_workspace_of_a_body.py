@@ -1,5 +1,6 @@
 """A map of a robot whose platform has an orientation, which is held."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -47,7 +48,11 @@ def sliding():
         leg((0.0, 0.29), -90.0, 0.25, 0.05, 1.0, (0.0, 0.04), **down),
     ]
     home = np.array([0.0059, -0.0081, -0.0099]), np.array([0.005, 0.01, 0.05])
-    return make_robot(PLANE, legs, oriented=True, f_P=(0.2, -0.5), m_P=(0.005,), home=home)
+    robot = make_robot(PLANE, legs, oriented=True, f_P=(0.2, -0.5), m_P=(0.005,), home=home)
+    # Of the structure of another robot of this file, whose programs serve it too.
+    other = three_rfr()
+    legs = dataclasses.replace(robot.legs, turns=other.legs.turns)
+    return dataclasses.replace(robot, legs=legs, name=other.name, uncertainty=other.uncertainty)
 
 
 def test_what_only_rounding_prevents_is_no_fold():
