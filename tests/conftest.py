@@ -1,5 +1,6 @@
 """Settings that all tests share."""
 
+import gc
 import os
 import pathlib
 import tempfile
@@ -15,6 +16,9 @@ if jaxlib.__version__.startswith("0.10."):
 os.environ["XLA_FLAGS"] = " ".join([*_FLAGS, os.environ.get("XLA_FLAGS", "")])
 
 jax.config.update("jax_enable_x64", True)
+
+# What has been traced stays: to look through all of it for garbage takes a second each time.
+gc.set_threshold(100_000, 20, 50)
 
 # Workers and runs share what they compile: one suite compiles each program once, however small.
 _CACHE = pathlib.Path(tempfile.gettempdir()) / f"cpr_jax-tests-{os.getuid()}"

@@ -286,8 +286,12 @@ def polish(robot, imposed, target, y, outcome, tolerance, branch, steps):
     root = find_root(Problem(robot, imposed, target), guess, steps=steps, look=True)
     assert root.jacobian is not None
     matrix, left = jax.lax.stop_gradient((root.jacobian, root.residual))
+    # What is masked below must have derivatives all the same: zero times NaN is NaN.
     found = jnp.where(root.status == Status.SOLVED, root.y, 0.0)
-    measures = measures_with(robot, found, matrix[: robot.n_y - robot.n_a], steps)
+    n_a, n_r = robot.n_a, robot.n_y - robot.n_a
+    regular = np.concatenate([np.eye(n_r, n_a), np.eye(n_r)], axis=1)
+    matrix = jnp.where(root.status == Status.SOLVED, matrix[:n_r], regular)
+    measures = measures_with(robot, found, matrix, steps)
     stayed = jnp.max(jnp.abs(found - guess) / unknown_scales(robot)) < 1e-3
     status = jnp.where((root.status == Status.SOLVED) & ~stayed, Status.LOST, root.status)
     if robot.legs.feed is not None:

@@ -44,6 +44,8 @@ def test_inverse_follows_the_branch(case):
     """`A (1 + T) Aᵀ M` is the inverse Jacobian at a varied equilibrium, to third order."""
     robot, selection, nominal, expansion = case
     equations = HeldEquations(robot, selection, nominal.y, 10)
+    slope = jax.jit(lambda y, rho: jax.jacfwd(equations)(y, rho))
+    turn_at = jax.jit(lambda step: expansion.turned(step))
     axes = expansion.axes
     np.testing.assert_allclose(axes @ axes.T, np.eye(expansion.y.size), atol=1e-12)
     signs = np.where(np.arange(nominal.delta.size) % 3, 0.7, -1.0)
@@ -51,8 +53,8 @@ def test_inverse_follows_the_branch(case):
     for share in (0.16, 0.08):
         step = share * signs * jnp.asarray(nominal.delta)
         y = expansion.y + expansion.first @ step + 0.5 * (expansion.second @ step) @ step
-        jacobian = jax.jacfwd(equations)(y, expansion.rho + step)
-        turn = axes @ expansion.turned(step) @ axes.T
+        jacobian = slope(y, expansion.rho + step)
+        turn = axes @ turn_at(step) @ axes.T
         product = (jnp.eye(y.size) + turn) @ expansion.inverse @ jacobian
         errors.append(np.max(np.abs(product - np.eye(y.size))))
     assert errors[0] < 1e-2

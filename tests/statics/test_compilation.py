@@ -1,8 +1,12 @@
 """What a solve compiles: nothing more for other numbers, no larger programs for more legs."""
 
+import contextlib
+import dataclasses
+
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 import cpr_jax as cpr
 from cpr_jax.geometry import PLANE
@@ -40,23 +44,45 @@ def test_programs_do_not_grow_with_the_number_of_legs():
     assert operations(4) == operations(12)
 
 
-def test_another_number_of_steps_compiles_nothing(paper):
+@contextlib.contextmanager
+def compilations():
+    """A list that gets an entry for each program that is compiled meanwhile."""
     compiled = []
 
     def listen(event, duration, **_):
         if event.endswith("backend_compile_duration"):
             compiled.append(event)
 
+    jax.monitoring.register_event_duration_secs_listener(listen)
+    try:
+        yield compiled
+    finally:
+        jax.monitoring.unregister_event_duration_listener(listen)
+
+
+def other_steps(robot):
+    return robot, 14
+
+
+def other_name_and_half_ranges(robot):
+    return dataclasses.replace(robot, name="another", uncertainty={"l1": jnp.array(1e-3)}), 12
+
+
+@pytest.mark.parametrize("other", [other_steps, other_name_and_half_ranges])
+def test_what_no_program_depends_on_compiles_nothing(paper, other):
+    def solved(robot, steps):
+        at = cpr.solve_inverse(robot, (0.02, 0.21), steps=steps)
+        cpr.stability(robot, at)
+        cpr.shape(robot, at)
+
+    robot, steps = other(paper)
     # Where earlier tests have compiled much, the first call may ask for room. The second makes it
     # on its way by dropping all programs, so that those of its start are the third's to compile.
     for _ in range(3):
-        cpr.solve_inverse(paper, (0.02, 0.21), steps=12)
-    jax.monitoring.register_event_duration_secs_listener(listen)
-    try:
-        cpr.solve_inverse(paper, (0.02, 0.21), steps=14)
+        solved(paper, 12)
+    with compilations() as compiled:
+        solved(robot, steps)
         assert not compiled
-        # The listener does hear of compilations.
+        # The list does tell of compilations.
         jax.jit(lambda x: 3.0 * x + 2.0)(0.5)
         assert compiled
-    finally:
-        jax.monitoring.unregister_event_duration_listener(listen)

@@ -22,6 +22,9 @@ STEPS = 2
 RNG = np.random.default_rng(0)
 ROBOTS = [rfrfr, rfrfr_straight, three_pfr, three_rfs]
 
+linear = jax.jit(linearised, static_argnums=2)
+corrected = jax.jit(_correct, static_argnums=(3, 4))
+
 
 def problem_of(robot):
     """Any target and offset: nothing here needs an equilibrium."""
@@ -38,9 +41,10 @@ def test_values_and_jacobian_beside_automatic_ones(make):
     def residual(y):
         return full_residual(y, problem, STEPS)
 
-    values, matrix = jax.jit(lambda y: linearised(problem, y, STEPS))(y)
-    np.testing.assert_allclose(values, residual(y), rtol=0, atol=1e-12)
-    expected = jax.jit(jax.jacfwd(residual))(y)
+    values, matrix = linear(problem, y, STEPS)
+    whole = jax.jit(lambda y: (residual(y), jax.jacfwd(residual)(y)))
+    expected_values, expected = whole(y)
+    np.testing.assert_allclose(values, expected_values, rtol=0, atol=1e-12)
     scale = np.max(np.abs(expected))
     np.testing.assert_allclose(matrix, expected, rtol=0, atol=1e-13 * scale)
 
@@ -92,8 +96,8 @@ def test_one_correction_solves_the_linear_system(make, bent):
     if not bent:
         y[robot.n_a + robot.n_p :] = 0.0
     rights = jnp.asarray(RNG.normal(size=(robot.n_y, 2)))
-    values, matrix = (np.asarray(part) for part in linearised(problem, jnp.asarray(y), STEPS))
-    found = _correct(problem, jnp.asarray(y), rights, STEPS, 0)
+    values, matrix = (np.asarray(part) for part in linear(problem, jnp.asarray(y), STEPS))
+    found = corrected(problem, jnp.asarray(y), rights, STEPS, 0)
     size = np.linalg.cond(matrix)
     np.testing.assert_allclose(matrix @ (found.y - y), -values, rtol=0, atol=1e-14 * size)
     np.testing.assert_allclose(matrix @ found.slope, rights, rtol=0, atol=1e-14 * size)
@@ -113,10 +117,11 @@ def test_batches_over_any_part_of_a_problem():
         varied = dataclasses.replace(robot, legs=legs, f_P=place * robot.f_P)
         return _correct(dataclasses.replace(problem, robot=varied), start * y, rights, STEPS, 2)
 
-    single = [one(a, b) for a, b in zip(factors, factors, strict=True)]
+    alone = jax.jit(one)
+    single = [alone(a, b) for a, b in zip(factors, factors, strict=True)]
     for in_axes, picked in (((0, 0), range(4)), ((0, None), [0]), ((None, 0), [0])):
         given = [factors if axis == 0 else factors[0] for axis in in_axes]
-        batch = jax.vmap(one, in_axes=in_axes)(*given)
+        batch = jax.jit(jax.vmap(one, in_axes=in_axes))(*given)
         for k in picked:
             expected = jax.tree.leaves(single[k])
             lane = [leaf[k] for leaf in jax.tree.leaves(batch)]
@@ -131,16 +136,19 @@ def test_chords_lead_to_the_same_root_and_far_guesses_are_given_up(monkeypatch):
     root_y = known.y / unknown_scales(robot)
     problem = Problem(robot, forward_rows(robot), jnp.append(known.q_a, known.q_p))
     none = jnp.zeros((robot.n_y, 0))
+
+    def settled(guess, chords):
+        return jax.jit(lambda y: settle(problem, y, none, 10, chords))(guess)
+
     near = root_y + 1e-3 * RNG.normal(size=robot.n_y)
-    roots = [settle(problem, near, none, 10, chords) for chords in (0, 2)]
-    for root in roots:
+    for root in (settled(near, 0), settled(near, 2)):
         assert bool(root.converged)
         np.testing.assert_allclose(root.y, root_y, rtol=0, atol=1e-9)
     # From farther away it would converge too, but nobody could tell to which branch.
     far = root_y + 0.05
-    assert not bool(settle(problem, far, none, 10).converged)
+    assert not bool(settled(far, 0).converged)
     monkeypatch.setattr(correction, "DEVIATION", 10.0)
-    wide = settle(problem, far, none, 10)
+    wide = settled(far, 0)
     assert bool(wide.converged)
     np.testing.assert_allclose(wide.y, root_y, rtol=0, atol=1e-9)
 

@@ -23,65 +23,67 @@ def displaced(robot, distance):
     )
 
 
-@pytest.fixture(scope="module")
-def plane():
-    """Measures of the paper's robot at (y, z) and with a motor moved, as one flat array."""
-    robot = rfrfr()
-    nearby = solve_inverse(robot, (0.02, 0.2))
+AT = np.array([0.02, 0.2, 0.0, 0.25, 0.0183])
+"""Where the platform is, how far the first motor is moved, length and stiffness of the rods."""
 
-    def measures(x):
-        found = solve_inverse(displaced(robot, x[2]), x[:2], guess=nearby)
-        return _flat(found.measures)
-
-    return measures, np.array([0.02, 0.2, 0.0])
+STEPS = np.array([2e-6, 2e-6, 2e-6, 2e-6, 2e-7])
 
 
-def _flat(measures):
-    """Every number that is smooth."""
+def measures(x, guess):
+    """Every smooth measure of the paper's robot, as one flat array."""
+    robot = displaced(rfrfr(l=x[3], k_b=x[4]), x[2])
+    found = solve_inverse(robot, x[:2], guess=guess, throw=False).measures
     names = ("sigma_t1", "sigma_t2", "condition", "motor_torques", "energy", "bows")
-    return jnp.concatenate([jnp.atleast_1d(getattr(measures, name)) for name in names])
+    return jnp.concatenate([jnp.atleast_1d(getattr(found, name)) for name in names])
 
 
-def test_derivatives_beside_differences(plane):
-    measures, at = plane
-    run = jax.jit(measures)
-    h = 2e-6
-    steps = h * np.eye(at.size)
-    expected = np.stack([(run(at + e) - run(at - e)) / (2.0 * h) for e in steps], axis=1)
+@pytest.fixture(scope="module")
+def nearby():
+    return solve_inverse(rfrfr(), AT[:2])
+
+
+@pytest.fixture(scope="module")
+def pushed():
+    """Derivatives of the measures, and their values, by one program."""
+    return jax.jit(jax.jacfwd(lambda x, guess: (measures(x, guess),) * 2, has_aux=True))
+
+
+def beside_differences(pushed, at, guess, places):
+    """Derivatives in some numbers, and central differences of values in their place."""
+    columns = []
+    for k in places:
+        step = STEPS * np.eye(len(STEPS))[k]
+        above, below = (pushed(at + sign * step, guess)[1] for sign in (1.0, -1.0))
+        columns.append((above - below) / (2.0 * STEPS[k]))
+    return np.asarray(pushed(at, guess)[0])[:, places], np.stack(columns, axis=1)
+
+
+def test_derivatives_beside_differences(pushed, nearby):
+    forward, expected = beside_differences(pushed, AT, nearby, [0, 1, 2])
     assert np.all(np.max(np.abs(expected), axis=1) > 0.0)
-    forward = np.asarray(jax.jit(jax.jacfwd(measures))(at))
     scale = np.maximum(1.0, np.max(np.abs(expected)))
     np.testing.assert_allclose(forward, expected, rtol=1e-5, atol=1e-7 * scale)
 
 
-def test_derivatives_in_numbers_that_are_units_beside_differences():
+def test_derivatives_in_numbers_that_are_units_beside_differences(pushed):
     """Length and stiffness of the rods: what is dimensionless changes with its units."""
-    nearby = solve_inverse(rfrfr(), (0.06, 0.15))
-
-    def measures(x):
-        robot = rfrfr(l=x[0], k_b=x[1])
-        return _flat(solve_inverse(robot, (0.06, 0.15), guess=nearby, throw=False).measures)
-
-    run, at, h = jax.jit(measures), np.array([0.25, 0.0183]), np.array([2e-6, 2e-7])
-    expected = np.stack(
-        [(run(at + e) - run(at - e)) / (2.0 * np.max(e)) for e in np.diag(h)], axis=1
-    )
-    found = np.asarray(jax.jit(jax.jacfwd(measures))(at))
+    at = np.concatenate([(0.06, 0.15), AT[2:]])
+    guess = solve_inverse(rfrfr(), at[:2])
+    found, expected = beside_differences(pushed, at, guess, [3, 4])
     scale = np.max(np.abs(expected), axis=1, keepdims=True)
     np.testing.assert_allclose(found / scale, expected / scale, rtol=0, atol=2e-6)
 
 
-def test_reverse_mode_and_failed_lanes(plane):
+def test_reverse_mode_and_failed_lanes(pushed, nearby):
     """Both modes agree, and a lane without a solution spoils no other."""
-    measures, at = plane
-    points = np.stack([at, [2.0, 2.0, 0.0]])
+    points = np.stack([AT, np.concatenate([(2.0, 2.0), AT[2:]])])
 
-    def sums(x):
-        values = jax.vmap(measures)(x)
-        return jnp.sum(jnp.where(jnp.isfinite(values), values, 0.0), axis=1)
+    def total(x):
+        values = jax.vmap(lambda x: measures(x, nearby))(x)
+        return jnp.sum(jnp.where(jnp.isfinite(values), values, 0.0))
 
-    backward = jax.jit(jax.grad(lambda x: jnp.sum(sums(x))))(points)
-    forward = jnp.sum(jax.jit(jax.jacfwd(measures))(at), axis=0)
+    backward = jax.jit(jax.grad(total))(points)
+    forward = jnp.sum(pushed(AT, nearby)[0], axis=0)
     np.testing.assert_allclose(backward[0], forward, rtol=1e-9)
     np.testing.assert_array_equal(backward[1], 0.0)
 
@@ -103,7 +105,6 @@ def test_a_singular_matrix_has_no_slope():
     assert float(value) == float(sign) == float(slope) == 0.0
 
 
-def test_the_paper_robot_is_solved(plane):
+def test_the_paper_robot_is_solved(nearby):
     """What is compared above are numbers of an equilibrium."""
-    found = solve_inverse(rfrfr(), plane[1][:2])
-    assert int(found.status) == Status.SOLVED
+    assert int(nearby.status) == Status.SOLVED
