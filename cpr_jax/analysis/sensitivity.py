@@ -20,6 +20,7 @@ from ..statics.equilibrium import Equilibrium, check_fits
 from ..statics.linear import inverse
 from ..statics.measures import motor_torques
 from ..statics.residual import leg_base, residual, to_world
+from ..statics.status import Status
 from ..statics.unknowns import (
     scales,
     unknown_labels,
@@ -153,6 +154,7 @@ def sensitivity(
             f"Argument `hold` must be 'motors' for {robot.name}: {robot.n_a} motors cannot hold "
             f"{robot.n_p} platform coordinates."
         )
+    robot = where_solved(robot, equilibrium)
     half_ranges, y = ranges(robot, selection, delta), equilibrium.y
     slopes = slopes_at(robot, y, selection, steps)
     check_belongs(robot, equilibrium, slopes.residual)
@@ -206,6 +208,22 @@ def named(
         column_units=selection.units,
         hold=hold,
     )
+
+
+def where_solved(robot: Robot, equilibrium: Equilibrium) -> Robot:
+    """The robot, whose numbers have no derivatives where the equilibrium is none.
+
+    Those of NaN are NaN even if what was computed from it is masked: in reverse mode one failed
+    lane would spoil the gradient of a whole batch in numbers that all lanes share.
+    """
+    solved = equilibrium.status == Status.SOLVED
+
+    def one(leaf):
+        if not isinstance(leaf, jax.core.Tracer):
+            return leaf
+        return jnp.where(solved, leaf, jax.lax.stop_gradient(leaf))
+
+    return jax.tree.map(one, robot)
 
 
 _STRANGE = 1e-3

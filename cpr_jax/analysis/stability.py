@@ -1,5 +1,7 @@
 """Stability: how many directions lower the potential energy with the motors held."""
 
+import dataclasses
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -72,9 +74,31 @@ def stability(robot: Robot, equilibrium: Equilibrium, steps: int = DEFAULT_STEPS
     rods under distributed moments by the symmetric part of their flexibility, a body in space under
     a dead moment `m_P` by the symmetric part of its stiffness, joints with a `lever` of 0 as if it
     were 1. There an index of 0 is no proof of stability.
+
+    Nothing of it has derivatives: those of `platform_stiffness` are NaN. `sensitivity` has the same
+    stiffness from the residual, with derivatives.
     """
     check_fits("equilibrium", equilibrium, robot)
-    return _stability(robot.unnamed, equilibrium.y, steps)
+    found = _stability(robot.unnamed, equilibrium.y, steps)
+    given = jax.tree.leaves((robot, equilibrium.y))
+    moving = [leaf for leaf in given if isinstance(leaf, jax.core.Tracer)]
+    if not moving:
+        return found
+    return dataclasses.replace(
+        found, platform_stiffness=_without_slopes(found.platform_stiffness, moving)
+    )
+
+
+@jax.custom_jvp
+def _without_slopes(stiffness, moving):
+    """A stiffness whose derivatives are not known: better NaN than the zeros of a constant."""
+    return stiffness
+
+
+@_without_slopes.defjvp
+def _without_slopes_jvp(primals, tangents):
+    unknown = jnp.nan * sum(jnp.sum(tangent) for tangent in tangents[1])
+    return primals[0], unknown * jnp.ones_like(primals[0])
 
 
 @program

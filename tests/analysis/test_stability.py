@@ -365,3 +365,14 @@ def test_no_equilibrium(two_legs):
     np.testing.assert_array_equal(result.index == -1, lost)
     np.testing.assert_array_equal(result.leg_indices == -1, np.stack([lost, lost], axis=1))
     assert not np.any(result.stable[lost])
+
+
+def test_its_stiffness_has_no_derivatives(robot, equilibria):
+    """And says so: the zeros of a constant would be wrong."""
+
+    def stiffness(load):
+        return cpr.stability(dataclasses.replace(robot, f_P=load), equilibria[0.06, 0.15])
+
+    found = jax.jit(lambda load: jax.jvp(stiffness, (load,), (load,)))(robot.f_P)
+    value, slope = (part.platform_stiffness for part in found)
+    assert np.all(np.isfinite(value)) and np.all(np.isnan(slope))
