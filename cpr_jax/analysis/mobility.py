@@ -10,6 +10,7 @@ from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium, check_fits
 from ..statics.linear import inverse, row_axes
+from ..statics.masking import where_solved
 from ..statics.residual import residual
 from ..statics.unknowns import scales, unknown_scales, unravel
 from ..summary import in_notebook, summary
@@ -57,7 +58,7 @@ class Mobility(eqx.Module):
 def mobility(robot: Robot, equilibrium: Equilibrium, steps: int = DEFAULT_STEPS) -> Mobility:
     """The platform's motion per motor and per load at an equilibrium."""
     check_fits("equilibrium", equilibrium, robot)
-    return _mobility(robot.unnamed, equilibrium.y, steps)
+    return _mobility(where_solved(robot, equilibrium).unnamed, equilibrium.y, steps)
 
 
 @program

@@ -18,9 +18,9 @@ from ..rods.integration import DEFAULT_STEPS, rod_shape
 from ..rods.segments import arc_lengths, segments_of
 from ..statics.equilibrium import Equilibrium, check_fits
 from ..statics.linear import inverse
+from ..statics.masking import where_solved
 from ..statics.measures import motor_torques
 from ..statics.residual import leg_base, residual, to_world
-from ..statics.status import Status
 from ..statics.unknowns import (
     scales,
     unknown_labels,
@@ -210,22 +210,6 @@ def named(
     )
 
 
-def where_solved(robot: Robot, equilibrium: Equilibrium) -> Robot:
-    """The robot, whose numbers have no derivatives where the equilibrium is none.
-
-    Those of NaN are NaN even if what was computed from it is masked: in reverse mode one failed
-    lane would spoil the gradient of a whole batch in numbers that all lanes share.
-    """
-    solved = equilibrium.status == Status.SOLVED
-
-    def one(leaf):
-        if not isinstance(leaf, jax.core.Tracer):
-            return leaf
-        return jnp.where(solved, leaf, jax.lax.stop_gradient(leaf))
-
-    return jax.tree.map(one, robot)
-
-
 _STRANGE = 1e-3
 """Residual from which an equilibrium is not one of the robot, unless its own steps left more."""
 
@@ -347,6 +331,11 @@ def leg_sensitivity(
         raise InputError(f"Argument `leg` must be between 1 and {robot.n}, but it is {leg}.")
     if parameters is None:
         rests = segments_of(robot.leg(leg - 1).rod).precurvature[: segment_count(robot, leg - 1)]
+        if isinstance(rests, jax.core.Tracer):
+            raise InputError(
+                "Argument `parameters` must be given inside a JAX transformation, where nobody can "
+                "tell whether a rod is straight, but it is None."
+            )
         names = [f"{leg}"] if len(rests) == 1 else [f"{leg}_{j + 1}" for j in range(len(rests))]
         parameters = tuple(
             f"{kind}{name}"
@@ -354,6 +343,7 @@ def leg_sensitivity(
             for kind in ("k_b", "r_c" if float(rest[-1]) != 0.0 else "kappa")
         )
     selection = select(robot, parameters)
+    robot = where_solved(robot, equilibrium)
     finer = -(-DEFAULT_STEPS // (points - 1))
     s, Pi = _along_leg(robot, equilibrium.y, selection, leg - 1, (points - 1) * finer)
     s, Pi = s[::finer], Pi[::finer]

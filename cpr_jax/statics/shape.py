@@ -12,6 +12,7 @@ from ..rods.equations import RodState
 from ..rods.integration import DEFAULT_STEPS, rod_shape
 from ..rods.segments import arc_lengths
 from .equilibrium import Equilibrium, check_fits
+from .masking import where_solved
 from .residual import leg_base, to_world
 from .unknowns import unravel
 
@@ -43,7 +44,8 @@ def shape(robot: Robot, equilibrium: Equilibrium, points: int = 51) -> Shape:
     """
     check_fits("equilibrium", equilibrium, robot)
     check_integer("points", points, least=2)
-    return _shape(robot.unnamed, equilibrium.y, points, -(-DEFAULT_STEPS // (points - 1)))
+    robot = where_solved(robot, equilibrium).unnamed
+    return _shape(robot, equilibrium.y, points, -(-DEFAULT_STEPS // (points - 1)))
 
 
 @program

@@ -1,10 +1,12 @@
 """Π_i(s) against the variational equations (8), written out and integrated by scipy."""
 
+import jax
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 import cpr_jax as cpr
+from cpr_jax.errors import InputError
 
 
 def variational(k_b, r_c, q, start, mu, s):
@@ -69,3 +71,8 @@ def test_points_are_for_looking_and_not_for_accuracy(robot, equilibria):
 def test_leg_must_exist(robot, equilibria):
     with pytest.raises(ValueError, match="`leg` must be between 1 and 2"):
         cpr.leg_sensitivity(robot, equilibria[0.0, 0.2], 3)
+
+
+def test_inside_a_transformation_its_parameters_are_named(robot, equilibria):
+    with pytest.raises(InputError, match="`parameters` must be given inside"):
+        jax.eval_shape(lambda robot: cpr.leg_sensitivity(robot, equilibria[0.0, 0.2], 1).Pi, robot)
