@@ -14,6 +14,8 @@ def where_solved(robot: Robot, equilibrium: Equilibrium) -> Robot:
     Those of NaN are NaN even if what was computed from it is masked: in reverse mode one failed
     lane would spoil the gradient of a whole batch in numbers that all lanes share.
     """
+    if not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(robot)):
+        return robot
     solved = equilibrium.status == Status.SOLVED
 
     def one(leaf):

@@ -27,8 +27,5 @@ def test_what_is_masked_has_no_slope(paper, nominal, status):
     assert np.all(np.isnan(plain)) == (status == Status.LOST)
 
 
-def test_numbers_that_are_known_stay_what_they_are(paper, nominal):
-    for a, b in zip(
-        jax.tree.leaves(where_solved(paper, nominal)), jax.tree.leaves(paper), strict=True
-    ):
-        assert a is b
+def test_a_robot_whose_numbers_are_known_stays_what_it_is(paper, nominal):
+    assert where_solved(paper, nominal) is paper
