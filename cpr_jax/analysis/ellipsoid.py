@@ -6,7 +6,6 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
-from scipy.special import gammainc
 
 from ..errors import InputError
 from ..geometry import floats, namespace
@@ -21,6 +20,9 @@ LINEAR_COVERAGE = 0.9888910034617577
 
 def linear_coverage(dimensions: int) -> float:
     """Share of Gaussian samples, σ = δ/3, inside an ellipsoid in linear theory (chi-square)."""
+    # To import it takes a tenth of the time in which a fresh process has solved a robot.
+    from scipy.special import gammainc
+
     return float(gammainc(dimensions / 2.0, 4.5))
 
 

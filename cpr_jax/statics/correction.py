@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jax import lax
 from jaxtyping import Array, Bool, Float, Int
 
@@ -28,8 +27,9 @@ _CLOSE = 1e-9
 _SLACK = 1e-3
 """How far from a solution its slopes and its sign may be taken, in dimensionless unknowns."""
 
-_CACHED = 3200
-"""Tangents of rods that are worked on at a time, over all legs and lanes."""
+_SLOTS = 32
+"""Lanes worked on at a time: enough to fill vectors and few enough that Jacobians stay in the cache
+of a core, none waits long for another, and a batch of few lanes does little in vain."""
 
 
 class Settled(NamedTuple):
@@ -82,7 +82,7 @@ def settle(
     one = jnp.ones((), guess.dtype)
     first = _Corrected(guess, jnp.inf * one, one, jnp.zeros(rights.shape, guess.dtype))
     begin = first, jnp.inf * one, jnp.array(0)
-    now, _, _ = queued_loop(unfinished, newton, begin, slots=_slots(problem.robot))
+    now, _, _ = queued_loop(unfinished, newton, begin, slots=_SLOTS)
     # Below the tolerance, the last change of y has squared the error once more.
     converged = (now.residual <= _CLOSE) & jnp.all(jnp.isfinite(now.y))
     return Settled(now.y, converged, jnp.max(jnp.abs(now.y - guess)), now.sign, now.slope)
@@ -106,12 +106,6 @@ def values(
     """
     scaling = unknown_scales(units), units_of(units)
     return _values(problem, scaling, y, jnp.asarray(as_scheme(steps)))
-
-
-def _slots(robot: Robot) -> int:
-    """How many lanes have Jacobians that stay in the cache of a core: a power of two."""
-    numbers = robot.n * (1 + robot.n_p + robot.geometry.freedoms)
-    return 2 ** int(np.log2(np.clip(_CACHED / numbers, 16, 256)))
 
 
 class _Corrected(NamedTuple):

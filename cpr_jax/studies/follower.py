@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..parallel import in_parallel, on_devices, padded
+from ..parallel import in_parallel, on_devices
 from ..robots.robot import Robot
 from ..rods.solver import Steps, as_scheme
 from ..statics.advance import Nearby, advance, advance_many
@@ -56,7 +56,7 @@ class Follower(NamedTuple):
         scheme = np.asarray(as_scheme(self.steps))
 
         def batch(k: int) -> Nearby:
-            lanes = [padded(part[k : k + LANES], LANES) for part in (guess, goal)]
+            lanes = [_filled(part[k : k + LANES]) for part in (guess, goal)]
             here, rows = places[k // LANES % len(places)]
             found = program(here, rows, self.axes, lanes[0], lanes[1], scheme)
             return Nearby(*(np.asarray(leaf) for leaf in found))
@@ -112,3 +112,10 @@ class Follower(NamedTuple):
             status[going[short]] = ended[short]
             going = going[(progress[going] < 1.0) & ~short]
         return now._replace(status=status)
+
+
+def _filled(rows: np.ndarray) -> np.ndarray:
+    """Rows filled up to a batch, so that one program serves any number, with NaN: a lane that
+    begins there has ended."""
+    spare = np.full((LANES - len(rows), rows.shape[1]), np.nan)
+    return np.concatenate([rows, spare])

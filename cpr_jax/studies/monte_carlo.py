@@ -9,7 +9,6 @@ from typing import Any, NamedTuple, TypeVar
 import jax
 import numpy as np
 from jaxtyping import Float
-from scipy.special import betaincinv
 from tqdm import tqdm
 
 from ..analysis.ellipsoid import Ellipsoid, ellipsoid
@@ -234,6 +233,9 @@ def monte_carlo(
 
 def clopper_pearson(hits: int, trials: int) -> tuple[float, float]:
     """Exact 95 % confidence interval of a probability (Clopper and Pearson, 1934)."""
+    # Imported late, as in `linear_coverage`.
+    from scipy.special import betaincinv
+
     misses = trials - hits
     low = betaincinv(hits, misses + 1, 0.025) if hits else 0.0
     high = betaincinv(hits + 1, misses, 0.975) if misses else 1.0
