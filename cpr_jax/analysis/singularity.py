@@ -9,13 +9,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+from ..parallel import in_parallel
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
+from ..statics.correction import linearised
 from ..statics.linear import inverse_with_sign, solve_many_with_sign
-from ..statics.problem import imposed_coordinates
-from ..statics.residual import residual
-from ..statics.unknowns import unknown_scales, unravel
+from ..statics.problem import Problem, forward_rows, imposed_coordinates
+from ..statics.unknowns import unknown_scales
 
 _CLOSE = 1e-9
 _ITERATIONS = 8
@@ -32,8 +33,9 @@ _MISS = 0.1
 _ASIDE = 1e-4
 """Length of the differences of Jacobians, in dimensionless unknowns."""
 
-_WIDTH = 8
-"""Points that are corrected in one call."""
+_NUMBERS = 80
+"""Unknowns of all points that are corrected in one call. Each takes as long where they are many,
+and what fills a call up is calculated in vain."""
 
 
 class SingularityType(enum.Enum):
@@ -137,27 +139,23 @@ class _Tracer:
         self.columns, self.held = eye[:, keep], eye[held].reshape(-1, robot.n_y)
         self.units = np.asarray(unknown_scales(robot))[self.axes]
         self.box, self.spacing, self.belongs = np.asarray(box), spacing, belongs
+        self.width = max(1, _NUMBERS // robot.n_y)
 
     def correct(self, lanes: _Lane, predicted) -> _Lane:
         """Pulls predictions onto the curve, perpendicular to the tangents; pads to one size."""
         count = len(predicted)
-        size = _WIDTH * -(-count // _WIDTH)
+        width = self.width
+        size = width * -(-count // width)
         pick = np.minimum(np.arange(size), count - 1)
-        out = []
-        for k in range(0, size, _WIDTH):
-            part = pick[k : k + _WIDTH]
+
+        def some(k: int) -> _Lane:
+            part = pick[k : k + width]
             chosen = _Lane(*(np.asarray(leaf)[part] for leaf in lanes))
-            out.append(
-                _correct(
-                    self.robot,
-                    self.columns,
-                    self.held,
-                    chosen,
-                    np.asarray(predicted)[part],
-                    self.steps,
-                )
-            )
-        return _Lane(*(np.concatenate(leaves)[:count] for leaves in zip(*out, strict=True)))
+            ahead = np.asarray(predicted)[part]
+            return _correct(self.robot, self.columns, self.held, chosen, ahead, self.steps)
+
+        parts = in_parallel(some, range(0, size, width))
+        return _Lane(*(np.concatenate(leaves)[:count] for leaves in zip(*parts, strict=True)))
 
     def seeds(self, z, along) -> _Lane:
         """Starts pulled onto their curves while one of the axes is held."""
@@ -317,13 +315,12 @@ def _correct(robot, columns, held, lanes: _Lane, predicted, steps: int) -> _Lane
     `g` is the last unknown of the bordered system `[A b; cᵀ 0] (v, g) = (0, 1)`, which vanishes
     where A is singular and has the sign of `det A`; b and c follow the null vectors.
     """
-    units = unknown_scales(robot)
+    n_r = robot.n_y - robot.n_a
+    problem = Problem(robot, forward_rows(robot), jnp.zeros(robot.n_a + robot.n_p))
 
-    def rows(z):
-        R_0 = residual(robot, unravel(robot, z * units), steps)
-        return R_0, R_0
-
-    linearise = jax.jacfwd(rows, has_aux=True)
+    def linearise(z):
+        R, by_z = linearised(problem, z, steps)
+        return by_z[:n_r], R[:n_r]
 
     def one(lane: _Lane, predicted):
         def newton(state):

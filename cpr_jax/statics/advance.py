@@ -18,6 +18,9 @@ from .unknowns import unknown_scales
 
 _CHORDS = 2
 
+_SLOTS = 16
+"""Lanes worked on at a time: many calls have no more to do."""
+
 
 class Nearby(NamedTuple):
     """Equilibria at new imposed coordinates, in the dimensionless unknowns `y / unknown_scales`.
@@ -62,7 +65,7 @@ def _advance(
     rows = jnp.concatenate([free, imposed[:, chosen] / units[chosen]])
 
     def one(guess, goal):
-        found = settle(Problem(robot, imposed, goal), guess, rows, steps, _CHORDS)
+        found = settle(Problem(robot, imposed, goal), guess, rows, steps, _CHORDS, _SLOTS)
         status = jnp.where(found.converged, Status.SOLVED, Status.NOT_CONVERGED)
         return Nearby(found.y, found.slope, found.sign, found.deviation, status)
 

@@ -27,10 +27,6 @@ _CLOSE = 1e-9
 _SLACK = 1e-3
 """How far from a solution its slopes and its sign may be taken, in dimensionless unknowns."""
 
-_SLOTS = 32
-"""Lanes worked on at a time: enough to fill vectors and few enough that Jacobians stay in the cache
-of a core, none waits long for another, and a batch of few lanes does little in vain."""
-
 
 class Settled(NamedTuple):
     """Where a prediction has led, in dimensionless unknowns.
@@ -57,6 +53,7 @@ def settle(
     rights: Float[Array, "n_y k"],
     steps: Steps,
     chords: int = 0,
+    slots: int = 32,
 ) -> Settled:
     """Newton's method from a prediction, undamped. It is given up beyond `DEVIATION`.
 
@@ -67,6 +64,8 @@ def settle(
     - `chords`: corrections that use a Jacobian again: they make batches faster, programs larger.
         Without them the whole Jacobian is eliminated, with them leg by leg, from an integration
         that is only as accurate as they need it.
+    - `slots`: of a batch, how many lanes are worked on at a time: the fewer, the less they wait for
+        each other, and the less is done in vain where there are few.
     """
 
     def unfinished(state):
@@ -82,7 +81,7 @@ def settle(
     one = jnp.ones((), guess.dtype)
     first = _Corrected(guess, jnp.inf * one, one, jnp.zeros(rights.shape, guess.dtype))
     begin = first, jnp.inf * one, jnp.array(0)
-    now, _, _ = queued_loop(unfinished, newton, begin, slots=_SLOTS)
+    now, _, _ = queued_loop(unfinished, newton, begin, slots=slots)
     # Below the tolerance, the last change of y has squared the error once more.
     converged = (now.residual <= _CLOSE) & jnp.all(jnp.isfinite(now.y))
     return Settled(now.y, converged, jnp.max(jnp.abs(now.y - guess)), now.sign, now.slope)
