@@ -36,3 +36,24 @@ def test_ways_end_where_single_solves_do(start, many):
         single = cpr.solve_inverse(robot, point)
         ends, units = np.asarray(found.y[k]), np.asarray(unknown_scales(robot))
         np.testing.assert_allclose(ends, single.y / units, rtol=0, atol=1e-9)
+
+
+def test_few_ways_end_as_many_do(start):
+    """What fills a batch up changes nothing, nor does a way that leads nowhere beside it."""
+    robot, y, begin, goal = start
+    follower = Follower(robot, inverse_rows(robot), AXES, 10)
+    near = begin.copy()
+    near[:, 2:] += 0.001 * (goal - begin)[:, 2:]
+    many = follower.advance(*(np.tile(rows, (50, 1)) for rows in (y, near)))
+    for count in (1, 3):
+        few = follower.advance(y[:count], near[:count])
+        for whole, part in zip(many, few, strict=True):
+            assert len(part) == count
+            np.testing.assert_allclose(part, whole[:count], rtol=1e-12, atol=1e-12)
+    assert np.all(many.status == Status.SOLVED)
+    # All the way at once is too far.
+    far = near[:2].copy()
+    far[1] = goal[3]
+    mixed = follower.advance(y[:2], far)
+    np.testing.assert_array_equal(mixed.status, [Status.SOLVED, Status.NOT_CONVERGED])
+    np.testing.assert_allclose(mixed.y[0], many.y[0], rtol=1e-12, atol=1e-12)
