@@ -34,8 +34,8 @@ _ASIDE = 1e-4
 """Length of the differences of Jacobians, in dimensionless unknowns."""
 
 _NUMBERS = 80
-"""Unknowns of all points that are corrected in one call. Each takes as long where they are many,
-and what fills a call up is calculated in vain."""
+"""Unknowns of all points that are corrected in one call: most calls have few points, what fills
+them up is calculated in vain, and takes the longer the more unknowns a robot has."""
 
 
 class SingularityType(enum.Enum):

@@ -48,7 +48,7 @@ def operations(count):
 
 def test_programs_do_not_grow_with_the_number_of_legs():
     """Nor does their compilation: whatever runs over legs is an axis or a loop."""
-    # What other tests have traced of robots with four legs would be part of theirs.
+    # Apart from what other tests have traced: beside them it was once a little more for one.
     code = f"from {__name__} import operations; print(operations(4), operations(12))"
     done = subprocess.run(
         [sys.executable, "-c", code],
