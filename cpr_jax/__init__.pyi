@@ -1,12 +1,12 @@
 from .analysis.ellipsoid import Ellipsoid as Ellipsoid
 from .analysis.ellipsoid import ellipsoid as ellipsoid
 from .analysis.ellipsoid import linear_coverage as linear_coverage
+from .analysis.leg_sensitivity import LegSensitivity as LegSensitivity
+from .analysis.leg_sensitivity import leg_sensitivity as leg_sensitivity
 from .analysis.mobility import Mobility as Mobility
 from .analysis.mobility import mobility as mobility
 from .analysis.sensitivity import Hold as Hold
-from .analysis.sensitivity import LegSensitivity as LegSensitivity
 from .analysis.sensitivity import Sensitivity as Sensitivity
-from .analysis.sensitivity import leg_sensitivity as leg_sensitivity
 from .analysis.sensitivity import sensitivity as sensitivity
 from .analysis.singularity import SingularCurve as SingularCurve
 from .analysis.singularity import SingularityType as SingularityType
@@ -36,6 +36,7 @@ from .robots.catalogue_space import stewart_gough as stewart_gough
 from .robots.catalogue_space import stewart_gough_clamped as stewart_gough_clamped
 from .robots.catalogue_space import stewart_gough_sliding as stewart_gough_sliding
 from .robots.catalogue_space import three_rfs as three_rfs
+from .robots.embedding import in_space as in_space
 from .robots.files import load_robot as load_robot
 from .robots.files import save_robot as save_robot
 from .robots.joint import BaseJoint as BaseJoint
@@ -53,7 +54,6 @@ from .robots.leg import prismatic_screw as prismatic_screw
 from .robots.leg import revolute_screw as revolute_screw
 from .robots.robot import Home as Home
 from .robots.robot import Robot as Robot
-from .robots.robot import in_space as in_space
 from .robots.robot import make_robot as make_robot
 from .rods.rod import Rod as Rod
 from .rods.rod import Segments as Segments
@@ -65,11 +65,11 @@ from .rods.section import rectangle as rectangle
 from .rods.segments import segmented_rod as segmented_rod
 from .rods.solver import Scheme as Scheme
 from .statics.equilibrium import Equilibrium as Equilibrium
-from .statics.equilibrium import solve_forward as solve_forward
-from .statics.equilibrium import solve_inverse as solve_inverse
 from .statics.redundancy import resolve_redundancy as resolve_redundancy
 from .statics.shape import Shape as Shape
 from .statics.shape import shape as shape
+from .statics.solve import solve_forward as solve_forward
+from .statics.solve import solve_inverse as solve_inverse
 from .statics.status import SolveError as SolveError
 from .statics.status import Status as Status
 from .studies.critical import CriticalValue as CriticalValue

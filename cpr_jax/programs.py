@@ -28,27 +28,13 @@ from jax.extend.core import get_opaque_trace_state
 
 from .atomic import write_atomically
 from .collection import uncollected
+from .compiler import HOT, QUICK, known_options
 from .room import make_room, watch
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 _UNDER = ("jax", "jaxlib", "equinox", "diffrax", "optimistix", "lineax", "numpy", "scipy")
 """Distributions that a traced program depends on."""
-
-_HOT = {
-    "xla_backend_optimization_level": 3,
-    "xla_cpu_use_fusion_emitters": True,
-    "xla_cpu_prefer_vector_width": 512,
-    "xla_cpu_experimental_ynn_fusion_type": "",
-}
-"""XLA's usual levels, whatever `XLA_FLAGS` says, and the widest registers that there are: it uses
-half of them if it is not told. Sums without its YNN library, which takes far longer for small ones
-and in jaxlib 0.10.2 gets some of them wrong."""
-
-_QUICK = _HOT | {"xla_backend_optimization_level": 1, "xla_cpu_use_fusion_emitters": False}
-"""LLVM's first level compiles in three quarters of the time and takes up to a fifteenth longer to
-run. XLA's older code generator compiles in half to two thirds of the time and takes up to an eighth
-longer. It has left later releases, which compile as quickly without it."""
 
 _WATCHED_BY = ("jax_disable_jit", "jax_debug_nans", "jax_debug_infs")
 
@@ -154,7 +140,7 @@ class _Program:
 
     @property
     def _options(self) -> dict[str, Any]:
-        return _known(tuple(self._wishes.items()))
+        return known_options(tuple(self._wishes.items()))
 
     def _alone(self, *args, **kwargs):
         """A call that is a program of its own, not kept."""
@@ -267,18 +253,18 @@ def program(function: _Function) -> _Function:
     Under `jax.jit`, `jax.vmap` or a derivative it is part of the surrounding program as usual.
     It is compiled in little time; what is worth more is a `hot_program`.
     """
-    return _Program(function, _QUICK)  # type: ignore[return-value]
+    return _Program(function, QUICK)  # type: ignore[return-value]
 
 
 def hot_program(function: _Function) -> _Function:
     """As `program`, compiled for longer to run in less time."""
-    return _Program(function, _HOT)  # type: ignore[return-value]
+    return _Program(function, HOT)  # type: ignore[return-value]
 
 
 def quick_jit(function: Callable[..., Any]) -> Callable[..., Any]:
     """As `jax.jit`, compiled as a `program` is: for functions of users, which have no name to be
     kept under."""
-    return jax.jit(function, compiler_options=_known(tuple(_QUICK.items())))
+    return jax.jit(function, compiler_options=known_options(tuple(QUICK.items())))
 
 
 def _is_within(arrays) -> bool:
@@ -294,24 +280,6 @@ def _is_within(arrays) -> bool:
         return True
     _outside = state
     return False
-
-
-@functools.cache
-def _known(wishes: tuple[tuple[str, Any], ...]) -> dict[str, Any]:
-    """Those of some options that this release of XLA knows, for the devices at hand."""
-    if jax.default_backend() != "cpu":
-        return {}
-    if _are_known(wishes):
-        return dict(wishes)
-    return dict(wish for wish in wishes if _are_known((wish,)))
-
-
-def _are_known(options: tuple[tuple[str, Any], ...]) -> bool:
-    try:
-        jax.jit(lambda: 0.0, compiler_options=dict(options)).lower().compile()
-    except jax.errors.JaxRuntimeError:
-        return False
-    return True
 
 
 def _devices(arrays) -> frozenset | None:

@@ -9,7 +9,7 @@ from tqdm import tqdm
 from ..plotting.gallery import figure_of_robots
 from ..plotting.style import journal_style, save_figure
 from ..robots.names import CATALOGUE
-from ..statics.equilibrium import solve_forward
+from ..statics.solve import solve_forward
 from ..statics.status import SolveError
 from .session import NoSolution, load, print_json, start_jax
 

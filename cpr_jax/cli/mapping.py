@@ -11,7 +11,8 @@ import xarray as xr
 from ..plotting.style import journal_style, save_figure
 from ..plotting.workspace import figure_of_map
 from ..robots.robot import Robot
-from ..statics.equilibrium import Equilibrium, solve_forward, solve_inverse
+from ..statics.equilibrium import Equilibrium
+from ..statics.solve import solve_forward, solve_inverse
 from ..statics.status import SolveError, Status
 from ..studies.limits import Limits
 from ..studies.workspace import workspace_map

@@ -13,7 +13,8 @@ from ..robots.files import robot_from_specification
 from ..robots.names import CatalogueEntry
 from ..robots.robot import Robot
 from ..robots.specification import RobotSpecification
-from ..statics.equilibrium import Equilibrium, solve_forward, solve_inverse
+from ..statics.equilibrium import Equilibrium
+from ..statics.solve import solve_forward, solve_inverse
 from ..statics.status import SolveError, Status
 from ..statics.unknowns import unknown_units
 from .inputs import Request

@@ -1,7 +1,5 @@
-"""The forward and the inverse geometrico-static problem."""
+"""A static configuration of a robot, with what is known of it."""
 
-import threading
-from collections.abc import Sequence
 from typing import Any
 
 import equinox as eqx
@@ -10,31 +8,17 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from ..background import not_a_number, started
-from ..errors import InputError, check_integer
-from ..geometry import Numbers, floats, namespace
+from ..errors import InputError
 from ..programs import program
-from ..robots.robot import Robot, check_turns
-from ..rods.solver import Steps
+from ..robots.robot import Robot
 from ..summary import in_notebook, summary
-from .accuracy import BALANCED, ROUGH, STEPS
-from .continuation import Track
-from .guess import (
-    at_rest,
-    detours,
-    from_home,
-    from_home_at_random,
-    from_neighbour,
-    reaching,
-    search,
-)
 from .measures import Measures, measures_with
-from .problem import Problem, forward_rows, imposed_coordinates, imposed_rows
-from .reach import out_of_reach, used_up
+from .problem import Problem
+from .reach import used_up
 from .residual import base_wrench, leg_base
 from .roots import find_root
-from .status import SolveError, Status
-from .unknowns import State, ravel, scales, unknown_scales, unravel
+from .status import Status
+from .unknowns import State, ravel, unknown_scales, unravel
 
 
 class Equilibrium(eqx.Module):
@@ -92,187 +76,6 @@ class Equilibrium(eqx.Module):
         return self.measures.motor_torques
 
 
-def solve_inverse(
-    robot: Robot,
-    point: Numbers,
-    *,
-    imposed: Sequence[str] | None = None,
-    guess: Equilibrium | None = None,
-    steps: int | None = None,
-    throw: bool = True,
-) -> Equilibrium:
-    """The motor positions and the shape that put the platform at a point (15).
-
-    **Arguments:**
-
-    - `robot`: with as many motors as coordinates are imposed.
-    - `point`: desired `q_p`: the position, m, and for a body its rotation vector, rad; or the
-        values of `imposed`, in their order.
-    - `imposed`: names of the coordinates to impose, where they are not those of the platform:
-        as many as there are motors, such as `("x", "y", "z")` for three motors that move a body,
-        see `imposed_coordinates`. `resolve_redundancy` is for robots with more motors.
-    - `guess`: an equilibrium from which the branch is followed along a line. Without it, the
-        branch is the one of the robot's home configuration; a robot without one is searched
-        systematically and its equilibrium of least energy is taken.
-    - `steps`: integration steps along each rod; `measures.unbalanced` tells what error they leave,
-        and any is accepted. By default as many as keep it below `accuracy.BALANCED`.
-    - `throw`: raise where there is no solution; otherwise the status tells. Under `jax.jit`,
-        `jax.vmap` and the like nothing raises, and the number of steps is the usual one: what it
-        leaves unbalanced by more than `accuracy.ROUGH` is `INACCURATE`.
-
-    **Returns:**
-
-    An `Equilibrium`, differentiable in every number of `robot` and in `point`.
-
-    **Raises:** `ValueError` for a bad argument; `SolveError` where there is no solution.
-    """
-    _check_call(robot, guess, steps)
-    places = imposed_coordinates(robot, imposed)
-    point = _checked("point", point, robot.n_a, robot)
-    xp = namespace(point)
-    target = xp.asarray(point) @ np.eye(robot.n_a + robot.n_p)[list(places)]
-    return _solve(robot, imposed_rows(robot, places), floats(target), guess, steps, throw)
-
-
-def solve_forward(
-    robot: Robot,
-    q_a: Numbers,
-    *,
-    guess: Equilibrium | None = None,
-    steps: int | None = None,
-    throw: bool = True,
-) -> Equilibrium:
-    """The platform pose and the shape that belong to motor positions.
-
-    Arguments as in `solve_inverse`, with `q_a` the motor positions, rad or m.
-    """
-    _check_call(robot, guess, steps)
-    q_a = _checked("q_a", q_a, robot.n_a, robot)
-    target = floats(namespace(q_a).pad(q_a, (0, robot.n_p)))
-    return _solve(robot, forward_rows(robot), target, guess, steps, throw)
-
-
-def _solve(robot, imposed, target, guess, steps, throw):
-    given = jax.tree.leaves((robot, target, guess))
-    traced = any(isinstance(leaf, jax.core.Tracer) for leaf in given)
-    alone = "search" if robot.home is None else "home"
-    # An equilibrium followed from another one is on its branch: a loop may carry it on.
-    branch = alone if guess is None else guess.branch
-    # Arrays are no part of a program, which then serves any number of steps.
-    first, *finer = (np.asarray(count) for count in (STEPS if steps is None else (steps,)))
-    chosen = ROUGH if traced else BALANCED
-    tolerance = np.asarray(chosen if steps is None else np.inf)
-    task = robot.unnamed, imposed, target
-    if traced:
-        reached = _reached(*task, guess, first, True)
-        return polish(*task, reached.y, reached.status, tolerance, branch, first)
-    ending = _compile_polish(*task, branch, first)
-    try:
-        if _is_far(*task):
-            y, outcome = np.full(robot.n_y, np.nan), int(Status.OUT_OF_REACH)
-        else:
-            reached = _reached(*task, guess, first, False)
-            y, outcome = np.asarray(reached.y), int(reached.status)
-    finally:
-        if ending is not None:
-            ending.join()
-    for count in (first, *finer):
-        # From numpy, as ahead: a weak type would make another program.
-        equilibrium = polish(*task, y, np.asarray(outcome), tolerance, branch, count)
-        status = Status(int(equilibrium.status))
-        if status != Status.INACCURATE:
-            break
-    if throw and status != Status.SOLVED:
-        reason = f"No equilibrium of {robot.name}: {status.message}."
-        raise SolveError(status, reason, _hint(*task, guess, status), equilibrium)
-    return equilibrium
-
-
-def _is_far(robot, imposed, target) -> bool:
-    """Whether no branch needs to be followed to know that a leg is too short for the target."""
-    places = np.flatnonzero(np.any(np.asarray(imposed) != 0.0, axis=0))
-    return bool(out_of_reach(robot, np.asarray(target)[None], places.tolist())[0])
-
-
-def _hint(robot, imposed, target, guess, status) -> str:
-    """What may be wrong with the numbers of a solve that has failed, a sentence or nothing."""
-    if guess is not None and int(guess.status) != Status.SOLVED:
-        return f"Its `guess` is not solved itself: {Status(int(guess.status)).name}."
-    given = np.abs(np.where(np.any(np.asarray(imposed) != 0.0, axis=0), np.asarray(target), 0.0))
-    angles, positions = np.split(given, [robot.n_a])
-    turning = np.asarray(scales(robot).motors(robot)) == 1.0
-    if np.any(angles[turning] > _MANY_TURNS):
-        return "Angles of motors are in radians, which these hardly are."
-    length = float(scales(robot).length)
-    if status == Status.OUT_OF_REACH and np.any(positions[: robot.geometry.d] > _FAR * length):
-        return f"Positions are in metres, which these hardly are: its rods are {length:.3g} m long."
-    return ""
-
-
-def _reached(robot, imposed, target, guess, steps, traced) -> Track:
-    """The way to a target: from a neighbour, from home, or found by a search."""
-    robot = jax.lax.stop_gradient(robot)
-    goal = jax.lax.stop_gradient(target)
-    if guess is not None:
-        y = jax.lax.stop_gradient(guess.y)
-        start, reached = from_neighbour(robot, imposed, y, goal, steps)
-    elif robot.home is not None:
-        home, reached = from_home(robot, imposed, at_rest(robot), goal, steps)
-        if not traced and int(home.status) != Status.SOLVED:
-            # By numpy: an operation alone would wait for what is being compiled.
-            rough = floats(np.concatenate([robot.home.q_a, robot.home.q_p]))
-            bent = reaching(robot, rough, steps)
-            home, reached = from_home(robot, imposed, bent, goal, steps)
-            if int(home.status) != Status.SOLVED and int(reached.status) != Status.NOT_FINITE:
-                return from_home_at_random(robot, imposed, goal, steps)
-        start = home.y
-    elif traced:
-        raise InputError(
-            "Argument `robot` must have a home configuration to be solved without a `guess` "
-            "inside a JAX transformation, but its `home` is None."
-        )
-    else:
-        return search(robot, imposed, goal, steps)
-    if not traced and int(reached.status) == Status.LOST:
-        reached = detours(robot, imposed, start, goal, reached, steps)
-    return reached
-
-
-_MANY_TURNS = 4.0 * np.pi
-"""Angles beyond which a motor position looks like one in degrees."""
-
-_FAR = 30.0
-"""Rod lengths from which a position looks like one in millimetres."""
-
-_compiled: set[Any] = set()
-
-
-def _compile_polish(robot, imposed, target, branch, steps) -> threading.Thread | None:
-    """Starts to compile `polish` while the way to a solution is compiled and followed."""
-    leaves, structure = jax.tree.flatten((robot, imposed, target))
-    key = structure, tuple(np.shape(leaf) for leaf in leaves), branch
-    if key in _compiled:
-        return None
-    _compiled.add(key)
-
-    def compile_it() -> None:
-        nowhere = not_a_number(robot.n_y), np.asarray(int(Status.LOST))
-        polish(robot, imposed, target, *nowhere, np.asarray(BALANCED), branch, steps)
-
-    return started(compile_it)
-
-
-def compile_from_home(
-    robot: Robot, imposed: Float[Array, "n_a n_q"], steps: Steps
-) -> list[threading.Thread]:
-    """Starts to compile what finds the equilibrium at any target of a robot with a home."""
-    robot, target = robot.unnamed, not_a_number(robot.n_a + robot.n_p)
-    steps = np.asarray(steps)
-    moving = started(lambda: from_home(robot, imposed, at_rest(robot), target, steps))
-    ending = _compile_polish(robot, imposed, target, "home", steps)
-    return [moving] if ending is None else [moving, ending]
-
-
 @program
 def polish(robot, imposed, target, y, outcome, tolerance, branch, steps):
     """The equilibrium at the end of a track, with its derivatives and its measures.
@@ -328,16 +131,6 @@ def base_wrenches(robot: Robot, state: State) -> Float[Array, "n freedoms"]:
     return jax.vmap(one)(robot.legs, robot.transmission @ state.q_a, state.mu)
 
 
-def _check_call(robot: Any, guess: Any, steps: Any) -> None:
-    if not isinstance(robot, Robot):
-        raise InputError(f"Argument `robot` must be a Robot, but it is a {type(robot).__name__}.")
-    check_turns(robot)
-    if steps is not None:
-        check_integer("steps", steps)
-    if guess is not None:
-        check_fits("guess", guess, robot)
-
-
 def check_fits(name: str, equilibrium: Any, robot: Robot) -> None:
     """Refuses what is no equilibrium, or one of a robot with other motors, legs or platform."""
     if not isinstance(equilibrium, Equilibrium):
@@ -354,35 +147,3 @@ def check_fits(name: str, equilibrium: Any, robot: Robot) -> None:
             f"Argument `{name}` must be an equilibrium of a robot like {robot.name}, but its "
             f"motors, coordinates, legs and wrenches number {shapes} instead of {expected}."
         )
-
-
-def _checked(name: str, value: Any, size: int, robot: Robot) -> Array | np.ndarray:
-    if not jax.config.read("jax_enable_x64"):
-        raise InputError(
-            "Argument `robot` must hold float64 numbers, but JAX runs in float32: add "
-            '`jax.config.update("jax_enable_x64", True)` before building the robot.'
-        )
-    for leaf in jax.tree.leaves(robot):
-        if jnp.result_type(leaf) == jnp.float32:
-            raise InputError(
-                "Argument `robot` must hold float64 numbers, but some are float32: enable "
-                '`jax.config.update("jax_enable_x64", True)` before building the robot.'
-            )
-    try:
-        array = namespace(value).asarray(value)
-    except (TypeError, ValueError) as error:
-        raise InputError(
-            f"Argument `{name}` must be {size} numbers, but it is {value!r}."
-        ) from error
-    if array.dtype == jnp.float32:
-        raise InputError(f"Argument `{name}` must be float64, but it is float32.")
-    if array.shape != (size,) or not (
-        jnp.issubdtype(array.dtype, jnp.floating) or jnp.issubdtype(array.dtype, jnp.integer)
-    ):
-        raise InputError(
-            f"Argument `{name}` must be {size} numbers, but it has shape {array.shape} and type "
-            f"{array.dtype}."
-        )
-    if not isinstance(array, jax.core.Tracer) and not np.all(np.isfinite(array)):
-        raise InputError(f"Argument `{name}` must be finite, but it is {np.asarray(array)}.")
-    return array.astype(float)

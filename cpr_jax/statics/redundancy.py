@@ -13,12 +13,13 @@ from ..geometry import Numbers
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
-from .equilibrium import Equilibrium, solve_forward
+from .equilibrium import Equilibrium
 from .linear import inverse
 from .measures import motor_torques
 from .problem import coordinate_places
 from .reach import out_of_reach
 from .residual import residual
+from .solve import solve_forward
 from .status import SolveError, Status
 from .unknowns import scales, unknown_labels, unknown_scales, unravel
 

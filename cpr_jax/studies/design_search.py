@@ -12,7 +12,8 @@ from ..analysis.stability import stability
 from ..errors import InputError
 from ..programs import quick_jit
 from ..robots.robot import Robot
-from ..statics.equilibrium import Equilibrium, solve_inverse
+from ..statics.equilibrium import Equilibrium
+from ..statics.solve import solve_inverse
 from ..statics.status import SolveError, Status
 from ..statics.unknowns import unknown_scales
 

@@ -20,7 +20,7 @@ from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.energy import bows_of, integrated, total_energy
-from ..statics.equilibrium import Equilibrium, polish, solve_forward, solve_inverse
+from ..statics.equilibrium import Equilibrium, polish
 from ..statics.periods import motor_periods, motor_spans
 from ..statics.problem import (
     Problem,
@@ -31,6 +31,7 @@ from ..statics.problem import (
 )
 from ..statics.reach import used_up
 from ..statics.roots import find_root
+from ..statics.solve import solve_forward, solve_inverse
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
 

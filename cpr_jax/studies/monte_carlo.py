@@ -165,10 +165,10 @@ def monte_carlo(
     further = np.asarray(MENU[0] if steps is None else given)
     with compile_study(robot, options, half_ranges):
         slopes = slopes_at(robot, y, selection, DEFAULT_STEPS)
-        check_belongs(robot, equilibrium, slopes.residual)
         Pi_y = slopes.answers[Hold.MOTORS.value].Pi_y
         expansion = expand(robot, selection, y, Pi_y, half_ranges, further)
         # Labels are put together while both run.
+        check_belongs(robot, equilibrium, slopes.residual)
         nominal = named(robot, y, selection, half_ranges, slopes, Hold.MOTORS)
         ellipse = ellipsoid(nominal)
     *errors, error = np.asarray(expansion.errors)

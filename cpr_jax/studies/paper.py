@@ -12,7 +12,8 @@ from ..analysis.sensitivity import Hold, Sensitivity, sensitivity
 from ..robots.catalogue import rfrfr
 from ..robots.robot import Robot
 from ..rods.section import rectangle
-from ..statics.equilibrium import Equilibrium, solve_inverse
+from ..statics.equilibrium import Equilibrium
+from ..statics.solve import solve_inverse
 from .ahead import compile_study
 from .draws import Distribution
 from .monte_carlo import MonteCarlo, monte_carlo

@@ -3,7 +3,6 @@
 import enum
 from typing import NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -56,7 +55,7 @@ class Prediction(enum.Enum):
     """With the second derivative of y along Δρ."""
 
 
-class Study(eqx.Module):
+class Study(NamedTuple):
     """What all samples share."""
 
     robot: Robot

@@ -13,10 +13,11 @@ from ..errors import check_integer
 from ..parallel import in_parallel, padded
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
-from ..statics.equilibrium import Equilibrium, check_fits, solve_inverse
+from ..statics.equilibrium import Equilibrium, check_fits
 from ..statics.problem import imposed_coordinates, imposed_rows
 from ..statics.reach import out_of_reach, used_up
 from ..statics.roots import TOLERANCE
+from ..statics.solve import solve_inverse
 from ..statics.status import Status
 from ..statics.stops import visit
 from ..statics.unknowns import unknown_labels

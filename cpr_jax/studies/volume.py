@@ -11,8 +11,9 @@ import xarray as xr
 
 from ..errors import InputError, shown
 from ..robots.robot import Robot
-from ..statics.equilibrium import Equilibrium, solve_inverse
+from ..statics.equilibrium import Equilibrium
 from ..statics.problem import coordinate_places, imposed_coordinates
+from ..statics.solve import solve_inverse
 from ..statics.status import Status
 from ..statics.unknowns import unknown_units
 from .results import save_dataset

@@ -15,10 +15,11 @@ from ..checks import check_kind
 from ..errors import InputError, check_integer, shown
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
-from ..statics.equilibrium import Equilibrium, check_fits, solve_inverse
+from ..statics.equilibrium import Equilibrium, check_fits
 from ..statics.problem import imposed_coordinates, imposed_rows
 from ..statics.reach import out_of_reach, used_up
 from ..statics.roots import TOLERANCE
+from ..statics.solve import solve_inverse
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
 from .ahead import compile_map

@@ -14,9 +14,10 @@ from cpr_jax.errors import InputError
 from cpr_jax.geometry import PLANE
 from cpr_jax.robots.catalogue import three_rfr
 from cpr_jax.robots.catalogue_space import three_rfs
+from cpr_jax.robots.embedding import in_space
 from cpr_jax.robots.joint import clamped
 from cpr_jax.robots.leg import make_leg
-from cpr_jax.robots.robot import in_space, make_robot
+from cpr_jax.robots.robot import make_robot
 from cpr_jax.rods.rod import kirchhoff_rod
 from cpr_jax.rods.segments import segmented_rod
 from tests.analysis.test_stability import at, by_chains, in_blocks, random_equilibria

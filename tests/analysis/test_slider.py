@@ -7,7 +7,7 @@ import numpy as np
 from cpr_jax.analysis.sensitivity import sensitivity
 from cpr_jax.analysis.stability import stability
 from cpr_jax.robots.catalogue import three_rfr
-from cpr_jax.statics.equilibrium import solve_forward
+from cpr_jax.statics.solve import solve_forward
 from cpr_jax.statics.status import Status
 
 

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 import cpr_jax as cpr
 from cpr_jax.analysis.stability import stability
 from cpr_jax.robots.catalogue import rfrfr_straight, three_rfr
-from cpr_jax.robots.robot import in_space
+from cpr_jax.robots.embedding import in_space
 from cpr_jax.statics.equilibrium import Equilibrium
 from cpr_jax.statics.problem import Problem, forward_rows, inverse_rows
 from cpr_jax.statics.roots import find_root

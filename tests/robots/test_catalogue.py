@@ -16,12 +16,13 @@ from cpr_jax.analysis.stability import stability
 from cpr_jax.errors import InputError
 from cpr_jax.geometry import PLANE, SPACE
 from cpr_jax.robots.catalogue import rfrfr, rfrfr_straight, three_pfr, three_rfr
+from cpr_jax.robots.embedding import in_space
 from cpr_jax.robots.joint import clamped, pivot, slider, spherical
 from cpr_jax.robots.leg import make_leg, prismatic_screw, revolute_screw
 from cpr_jax.robots.names import CATALOGUE
-from cpr_jax.robots.robot import in_space, make_robot
+from cpr_jax.robots.robot import make_robot
 from cpr_jax.rods.rod import kirchhoff_rod
-from cpr_jax.statics.equilibrium import solve_forward, solve_inverse
+from cpr_jax.statics.solve import solve_forward, solve_inverse
 from cpr_jax.statics.unknowns import unknown_units
 
 CASES = json.loads((pathlib.Path(__file__).parents[1] / "reference_cases.json").read_text())

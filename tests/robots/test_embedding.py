@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from cpr_jax.geometry import PLANE, SPACE
+from cpr_jax.robots.embedding import in_space
 from cpr_jax.robots.joint import clamped, passive, pivot, slider
 from cpr_jax.robots.leg import make_leg, prismatic_screw
-from cpr_jax.robots.robot import in_space, make_robot
+from cpr_jax.robots.robot import make_robot
 from cpr_jax.rods.rod import kirchhoff_rod
 from cpr_jax.statics.energy import potential_energy
 from cpr_jax.statics.measures import motor_torques

@@ -16,11 +16,12 @@ from cpr_jax.geometry import PLANE, SPACE
 from cpr_jax.robots import labels
 from cpr_jax.robots.catalogue import rfrfr, rfrfr_straight, three_rfr
 from cpr_jax.robots.catalogue_space import six_rus, stewart_gough
+from cpr_jax.robots.embedding import in_space
 from cpr_jax.robots.files import load_robot, robot_from_specification, save_robot
 from cpr_jax.robots.joint import Joint, clamped, pivot, slider, spherical
 from cpr_jax.robots.leg import make_leg, prismatic_screw
 from cpr_jax.robots.reading import parse_specification
-from cpr_jax.robots.robot import Robot, in_space, make_robot
+from cpr_jax.robots.robot import Robot, make_robot
 from cpr_jax.rods.rod import kirchhoff_rod, section_rod
 from cpr_jax.rods.section import Material, circle, rectangle
 

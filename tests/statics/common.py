@@ -8,7 +8,7 @@ import numpy as np
 
 from cpr_jax.robots.catalogue import rfrfr
 from cpr_jax.robots.robot import Home
-from cpr_jax.statics.equilibrium import solve_forward
+from cpr_jax.statics.solve import solve_forward
 from tests.oracles.planar_shooting import PlanarRobot
 
 LANES = 300

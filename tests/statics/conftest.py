@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import pytest
 
 from cpr_jax.robots.catalogue import rfrfr, rfrfr_straight
-from cpr_jax.statics.equilibrium import solve_forward, solve_inverse
+from cpr_jax.statics.solve import solve_forward, solve_inverse
 from tests.statics.common import like_rfrfr, with_stiffness
 
 REFERENCE = pathlib.Path(__file__).parents[1] / "reference_cases.json"

@@ -11,7 +11,7 @@ from cpr_jax.robots.joint import Joint, passive
 from cpr_jax.robots.leg import make_leg
 from cpr_jax.robots.robot import make_robot
 from cpr_jax.rods.rod import Rod
-from cpr_jax.statics.equilibrium import solve_forward
+from cpr_jax.statics.solve import solve_forward
 from cpr_jax.statics.status import Status
 from tests.statics.segmented import stepped
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cpr_jax.robots.catalogue import three_rfr
-from cpr_jax.robots.robot import in_space
+from cpr_jax.robots.embedding import in_space
 from cpr_jax.statics.problem import Problem, forward_rows
 from cpr_jax.statics.residual import residual
 from cpr_jax.statics.roots import find_root

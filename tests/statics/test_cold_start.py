@@ -5,10 +5,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from cpr_jax.statics.equilibrium import solve_inverse
 from cpr_jax.statics.problem import Problem, inverse_rows
 from cpr_jax.statics.residual import residual
 from cpr_jax.statics.roots import find_root
+from cpr_jax.statics.solve import solve_inverse
 from cpr_jax.statics.status import Status
 from cpr_jax.statics.unknowns import unknown_scales, unravel
 from tests.statics.common import LANES

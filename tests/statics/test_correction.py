@@ -13,9 +13,9 @@ from cpr_jax.robots.catalogue_space import three_rfs
 from cpr_jax.statics import correction
 from cpr_jax.statics.correction import _correct, linearised, settle
 from cpr_jax.statics.correction import values as values_of_lanes
-from cpr_jax.statics.equilibrium import solve_forward
 from cpr_jax.statics.linear import eliminated_but_one
 from cpr_jax.statics.problem import Problem, forward_rows, full_residual
+from cpr_jax.statics.solve import solve_forward
 from cpr_jax.statics.unknowns import unknown_scales
 
 STEPS = 2

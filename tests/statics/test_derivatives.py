@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from cpr_jax.robots.catalogue import rfrfr
-from cpr_jax.statics.equilibrium import solve_forward, solve_inverse
 from cpr_jax.statics.problem import Problem, forward_rows
 from cpr_jax.statics.roots import find_root
+from cpr_jax.statics.solve import solve_forward, solve_inverse
 
 
 @pytest.fixture(scope="module")

@@ -4,8 +4,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from cpr_jax.robots.robot import in_space
-from cpr_jax.statics.equilibrium import solve_forward
+from cpr_jax.robots.embedding import in_space
+from cpr_jax.statics.solve import solve_forward
 from cpr_jax.statics.status import Status
 from tests.oracles import planar_shooting
 from tests.statics.common import in_space_unknowns

@@ -16,7 +16,7 @@ from cpr_jax.robots.leg import make_leg
 from cpr_jax.robots.robot import make_robot
 from cpr_jax.rods.rod import kirchhoff_rod
 from cpr_jax.rods.segments import segmented_rod
-from cpr_jax.statics.equilibrium import solve_forward, solve_inverse
+from cpr_jax.statics.solve import solve_forward, solve_inverse
 from cpr_jax.statics.status import SolveError, Status
 
 NOT_TWO_NUMBERS = {

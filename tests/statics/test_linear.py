@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from cpr_jax.robots.catalogue import rfrfr
-from cpr_jax.statics.equilibrium import solve_inverse
 from cpr_jax.statics.linear import inverse, inverse_with_sign, row_axes, solve_with_sign
 from cpr_jax.statics.singular_values import norm_2
+from cpr_jax.statics.solve import solve_inverse
 
 RNG = np.random.default_rng(0)
 

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from cpr_jax.rods.integration import DEFAULT_STEPS
-from cpr_jax.statics.equilibrium import solve_inverse
+from cpr_jax.statics.solve import solve_inverse
 from cpr_jax.statics.status import Status
 from tests.statics.common import LANES, with_stiffness
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from cpr_jax.robots.catalogue import rfrfr
-from cpr_jax.statics.equilibrium import solve_inverse
 from cpr_jax.statics.singular_values import norm_2, smallest
+from cpr_jax.statics.solve import solve_inverse
 from cpr_jax.statics.status import Status
 
 RNG = np.random.default_rng(0)

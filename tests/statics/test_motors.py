@@ -16,10 +16,10 @@ from cpr_jax.robots.leg import make_leg
 from cpr_jax.robots.robot import make_robot
 from cpr_jax.rods.rod import Rod, kirchhoff_rod
 from cpr_jax.statics.correction import linearised
-from cpr_jax.statics.equilibrium import solve_forward
 from cpr_jax.statics.measures import measure
 from cpr_jax.statics.problem import Problem, forward_rows
 from cpr_jax.statics.roots import find_root
+from cpr_jax.statics.solve import solve_forward
 from cpr_jax.statics.status import Status
 from cpr_jax.statics.unknowns import State, ravel
 

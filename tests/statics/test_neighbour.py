@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cpr_jax.robots.catalogue import rfrfr
-from cpr_jax.statics.equilibrium import solve_forward, solve_inverse
+from cpr_jax.statics.solve import solve_forward, solve_inverse
 from cpr_jax.statics.status import Status
 
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import scipy.integrate
 
-from cpr_jax.statics.equilibrium import solve_forward, solve_inverse
 from cpr_jax.statics.problem import Problem, inverse_rows
 from cpr_jax.statics.roots import find_root
+from cpr_jax.statics.solve import solve_forward, solve_inverse
 from cpr_jax.statics.status import Status
 from tests.oracles import discrete_energy, planar_shooting
 from tests.oracles.planar_shooting import PlanarRobot

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 import scipy.optimize
 
-from cpr_jax.statics.equilibrium import solve_forward, solve_inverse
 from cpr_jax.statics.measures import measure
 from cpr_jax.statics.shape import shape
+from cpr_jax.statics.solve import solve_forward, solve_inverse
 from cpr_jax.statics.status import Status
 
 CASES = json.loads((pathlib.Path(__file__).parents[1] / "reference_cases.json").read_text())

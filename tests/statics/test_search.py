@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from cpr_jax.statics.equilibrium import solve_forward, solve_inverse
-from cpr_jax.statics.guess import search_starts
+from cpr_jax.statics.search import search_starts
+from cpr_jax.statics.solve import solve_forward, solve_inverse
 from cpr_jax.statics.status import SolveError, Status
 from tests.oracles import planar_shooting
 from tests.oracles.planar_shooting import PlanarRobot

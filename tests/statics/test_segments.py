@@ -10,13 +10,14 @@ import pytest
 
 from cpr_jax.geometry import PLANE
 from cpr_jax.robots.catalogue import three_rfr
+from cpr_jax.robots.embedding import in_space
 from cpr_jax.robots.joint import clamped
 from cpr_jax.robots.leg import make_leg
-from cpr_jax.robots.robot import in_space, make_robot
+from cpr_jax.robots.robot import make_robot
 from cpr_jax.rods.rod import kirchhoff_rod
 from cpr_jax.rods.segments import segmented_rod
-from cpr_jax.statics.equilibrium import solve_forward, solve_inverse
 from cpr_jax.statics.shape import shape
+from cpr_jax.statics.solve import solve_forward, solve_inverse
 from cpr_jax.statics.status import Status
 from tests.oracles.whole_robot import unbalanced
 from tests.statics.common import in_space_unknowns, torques_are_slopes_of_the_energy

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from cpr_jax.analysis.stability import stability
 from cpr_jax.robots.catalogue_space import stewart_gough, stewart_gough_clamped
-from cpr_jax.statics.equilibrium import solve_forward, solve_inverse
+from cpr_jax.statics.solve import solve_forward, solve_inverse
 from cpr_jax.statics.status import Status
 from tests.oracles import stewart_gough as oracle
 

@@ -6,8 +6,9 @@ import pytest
 
 from cpr_jax.geometry import PLANE
 from cpr_jax.robots.catalogue import rfrfr, rfrfr_straight, three_rfr
+from cpr_jax.robots.embedding import in_space
 from cpr_jax.robots.leg import make_leg, prismatic_screw
-from cpr_jax.robots.robot import in_space, make_robot
+from cpr_jax.robots.robot import make_robot
 from cpr_jax.rods.rod import kirchhoff_rod
 from cpr_jax.statics.status import SolveError, Status
 from cpr_jax.statics.unknowns import (

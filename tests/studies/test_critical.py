@@ -12,8 +12,8 @@ import pytest
 import cpr_jax as cpr
 from cpr_jax.errors import InputError
 from cpr_jax.robots.catalogue import rfrfr_straight
-from cpr_jax.statics.equilibrium import solve_inverse
 from cpr_jax.statics.measures import measure
+from cpr_jax.statics.solve import solve_inverse
 from cpr_jax.statics.status import SolveError
 from cpr_jax.studies.critical import critical_value
 from cpr_jax.studies.paper import POINTS

@@ -8,7 +8,7 @@ import pytest
 import cpr_jax as cpr
 from cpr_jax.errors import InputError
 from cpr_jax.robots.catalogue import rfrfr_straight, three_rfr
-from cpr_jax.statics.equilibrium import solve_inverse
+from cpr_jax.statics.solve import solve_inverse
 from cpr_jax.statics.status import Status
 from cpr_jax.studies.equilibria import find_equilibria
 from tests.oracles.planar_shooting import PlanarRobot, energy, inverse, residual

@@ -10,7 +10,7 @@ from cpr_jax.analysis.sensitivity import sensitivity
 from cpr_jax.errors import InputError
 from cpr_jax.plotting.workspace import figure_of_map, plot_map
 from cpr_jax.robots.catalogue import rfrfr
-from cpr_jax.statics.equilibrium import solve_inverse
+from cpr_jax.statics.solve import solve_inverse
 from cpr_jax.statics.status import Status
 from cpr_jax.studies.limits import Limits
 from cpr_jax.studies.results import save_dataset

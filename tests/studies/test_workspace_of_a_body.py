@@ -11,7 +11,7 @@ from cpr_jax.robots.joint import clamped
 from cpr_jax.robots.leg import make_leg, prismatic_screw
 from cpr_jax.robots.robot import make_robot
 from cpr_jax.rods.rod import kirchhoff_rod
-from cpr_jax.statics.equilibrium import solve_inverse
+from cpr_jax.statics.solve import solve_inverse
 from cpr_jax.statics.status import Status
 from cpr_jax.studies.workspace import workspace_map
 

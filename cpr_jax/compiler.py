@@ -1,0 +1,39 @@
+"""What XLA is told about the compilation of a program."""
+
+import functools
+from typing import Any
+
+import jax
+
+HOT = {
+    "xla_backend_optimization_level": 3,
+    "xla_cpu_use_fusion_emitters": True,
+    "xla_cpu_prefer_vector_width": 512,
+    "xla_cpu_experimental_ynn_fusion_type": "",
+}
+"""XLA's usual levels, whatever `XLA_FLAGS` says, and the widest registers that there are: it uses
+half of them if it is not told. Sums without its YNN library, which takes far longer for small ones
+and in jaxlib 0.10.2 gets some of them wrong."""
+
+QUICK = HOT | {"xla_backend_optimization_level": 1, "xla_cpu_use_fusion_emitters": False}
+"""LLVM's first level compiles in three quarters of the time and takes up to a fifteenth longer to
+run. XLA's older code generator compiles in half to two thirds of the time and takes up to an eighth
+longer. It has left later releases, which compile as quickly without it."""
+
+
+@functools.cache
+def known_options(wishes: tuple[tuple[str, Any], ...]) -> dict[str, Any]:
+    """Those of some options that this release of XLA knows, for the devices at hand."""
+    if jax.default_backend() != "cpu":
+        return {}
+    if _are_known(wishes):
+        return dict(wishes)
+    return dict(wish for wish in wishes if _are_known((wish,)))
+
+
+def _are_known(options: tuple[tuple[str, Any], ...]) -> bool:
+    try:
+        jax.jit(lambda: 0.0, compiler_options=dict(options)).lower().compile()
+    except jax.errors.JaxRuntimeError:
+        return False
+    return True
