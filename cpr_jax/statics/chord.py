@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from .continuation import DEVIATION, Corrected, Corrector
+from .continuation import Corrected, Corrector
 from .linear import inverse_with_sign
 
 CONTRACTING = 0.9
@@ -108,7 +108,7 @@ def chord_corrector(
     - `linearised`: the values, and their derivative in y.
     """
 
-    def correct(predicted, slope, h, dh):
+    def correct(predicted, slope, h, dh, reach):
         f, jacobian = linearised(predicted, h)
         inverse, sign = inverse_with_sign(jacobian)
 
@@ -116,7 +116,7 @@ def chord_corrector(
             return now.advanced(-inverse @ f, jnp.max(jnp.abs(f)))
 
         def unfinished(now: Chord):
-            near = jnp.max(jnp.abs(now.y - predicted)) < DEVIATION
+            near = jnp.max(jnp.abs(now.y - predicted)) < reach
             return now.unfinished & near & (now.worst < _SURE)
 
         def sure(now: Chord):

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 from jax import lax
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from ..lanes import over_lanes
 from ..queue import queued_loop
@@ -54,8 +54,9 @@ def settle(
     steps: Steps,
     chords: int = 0,
     slots: int = 32,
+    reach: ArrayLike = DEVIATION,
 ) -> Settled:
-    """Newton's method from a prediction, undamped. It is given up beyond `DEVIATION`.
+    """Newton's method from a prediction, undamped.
 
     **Arguments:**
 
@@ -66,11 +67,12 @@ def settle(
         that is only as accurate as they need it.
     - `slots`: of a batch, how many lanes are worked on at a time: the fewer, the less they wait for
         each other, and the less is done in vain where there are few.
+    - `reach`: distance from the prediction beyond which it is given up.
     """
 
     def unfinished(state):
         now, moved, count = state
-        near = jnp.max(jnp.abs(now.y - guess)) < DEVIATION
+        near = jnp.max(jnp.abs(now.y - guess)) < reach
         return (count < _ITERATIONS) & ((now.residual > _CLOSE) | (moved > _SLACK)) & near
 
     def newton(state):

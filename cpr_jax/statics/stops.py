@@ -86,10 +86,11 @@ def follow_stops(robot, imposed, start, stops, steps) -> _Stops:
     units = unknown_scales(robot)
     n_q = robot.n_a + robot.n_p
 
-    def correct(predicted, _, h, dh):
+    def correct(predicted, _, h, dh, reach):
         along = imposed @ (dh / units[:n_q])
         shift = jnp.concatenate([jnp.zeros(robot.n_y - robot.n_a), along])
-        found = settle(Problem(robot, imposed, h), predicted, shift[:, None], steps)
+        problem = Problem(robot, imposed, h)
+        found = settle(problem, predicted, shift[:, None], steps, reach=reach)
         return Corrected(found.y, found.converged, found.sign, found.slope[:, 0])
 
     def go(y, stop):

@@ -38,11 +38,11 @@ def follow_path(
     corners = jnp.concatenate([corners[:1], corners])
     open_ = jnp.zeros((corners.shape[0], 1)).at[0].set(1.0)
 
-    def correct(predicted, _, h, dh):
+    def correct(predicted, _, h, dh, reach):
         problem = Problem(robot, imposed, h[1:], h[0] * gap)
         # Minus the derivative of R along the path.
         shift = jnp.concatenate([dh[0] * gap, imposed @ (dh[1:] / units[:n_q])])
-        found = settle(problem, predicted, shift[:, None], steps)
+        found = settle(problem, predicted, shift[:, None], steps, reach=reach)
         return Corrected(found.y, found.converged, found.sign, found.slope[:, 0])
 
     track = follow(correct, start / units, jnp.concatenate([open_, corners], axis=1))

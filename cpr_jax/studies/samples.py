@@ -203,7 +203,7 @@ def _follow_all(study: Study, options: Options, ellipse: Ellipsoid, targets, pat
     def one(rho, steps):
         chord = _chord(study, options, equations, rho)
         way, jet = jnp.stack([nominal.rho, rho]), Jet(chord.slope, chord.curve, sign)
-        track = follow(correct, nominal.y, way, steps, first_step=1.0, slots=_SLOTS, jet=jet)
+        track = follow(correct, nominal.y, way, steps, 1.0, slots=_SLOTS, jet=jet, folds=True)
         return *_end(study, ellipse, track.y), track.status
 
     return jax.vmap(one)(targets, patience)

@@ -16,7 +16,7 @@ def corrected(equations, predicted, slope, h, dh):
         return equations(y, h), jax.jacfwd(equations)(y, h)
 
     correct = jax.jit(chord_corrector(equations, linearised))
-    return correct(*(jnp.asarray(x, float) for x in (predicted, slope, h, dh)))
+    return correct(*(jnp.asarray(x, float) for x in (predicted, slope, h, dh, DEVIATION)))
 
 
 def coupled(y, h):

@@ -10,7 +10,6 @@ import pytest
 
 from cpr_jax.robots.catalogue import rfrfr, rfrfr_straight, three_pfr
 from cpr_jax.robots.catalogue_space import three_rfs
-from cpr_jax.statics import correction
 from cpr_jax.statics.correction import _correct, linearised, settle
 from cpr_jax.statics.correction import values as values_of_lanes
 from cpr_jax.statics.linear import eliminated_but_one
@@ -129,7 +128,7 @@ def test_batches_over_any_part_of_a_problem():
                 np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-9)
 
 
-def test_chords_lead_to_the_same_root_and_far_guesses_are_given_up(monkeypatch):
+def test_chords_lead_to_the_same_root_and_far_guesses_are_given_up():
     robot = rfrfr()
     assert robot.home is not None
     known = solve_forward(robot, robot.home.q_a + 0.05)
@@ -137,8 +136,8 @@ def test_chords_lead_to_the_same_root_and_far_guesses_are_given_up(monkeypatch):
     problem = Problem(robot, forward_rows(robot), jnp.append(known.q_a, known.q_p))
     none = jnp.zeros((robot.n_y, 0))
 
-    def settled(guess, chords):
-        return jax.jit(lambda y: settle(problem, y, none, 10, chords))(guess)
+    def settled(guess, chords, **options):
+        return jax.jit(lambda y: settle(problem, y, none, 10, chords, **options))(guess)
 
     near = root_y + 1e-3 * RNG.normal(size=robot.n_y)
     for root in (settled(near, 0), settled(near, 2)):
@@ -147,8 +146,7 @@ def test_chords_lead_to_the_same_root_and_far_guesses_are_given_up(monkeypatch):
     # From farther away it would converge too, but nobody could tell to which branch.
     far = root_y + 0.05
     assert not bool(settled(far, 0).converged)
-    monkeypatch.setattr(correction, "DEVIATION", 10.0)
-    wide = settled(far, 0)
+    wide = settled(far, 0, reach=10.0)
     assert bool(wide.converged)
     np.testing.assert_allclose(wide.y, root_y, rtol=0, atol=1e-9)
 

@@ -12,7 +12,7 @@ from cpr_jax.analysis.expansion import HeldEquations, expand
 from cpr_jax.analysis.parameters import ranges, select
 from cpr_jax.rods.solver import Scheme
 from cpr_jax.statics.chord import EXACT
-from cpr_jax.statics.continuation import DEVIATION, Corrected, follow
+from cpr_jax.statics.continuation import Corrected, follow
 from cpr_jax.statics.linear import solve_with_sign
 from cpr_jax.statics.unknowns import unknown_scales
 from cpr_jax.studies import samples as module
@@ -41,10 +41,10 @@ def prepared(robot, point, prediction=module.Prediction.SECOND_ORDER):
 def newton_corrector(equations):
     """Newton's method with the exact Jacobian at each of its turns, and the exact slope."""
 
-    def correct(predicted, _, h, dh):
+    def correct(predicted, _, h, dh, reach):
         def unfinished(state):
             y, norm, _, _, count = state
-            near = jnp.max(jnp.abs(y - predicted)) < DEVIATION
+            near = jnp.max(jnp.abs(y - predicted)) < reach
             return (count < 8) & (norm > 1e-9) & near
 
         def newton(state):
