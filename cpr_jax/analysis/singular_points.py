@@ -31,7 +31,7 @@ class Lane(NamedTuple):
 
 
 @program
-def correct(robot, columns, held, lanes: Lane, predicted, steps: int) -> Lane:
+def correct_points(robot, columns, held, lanes: Lane, predicted, steps: int) -> Lane:
     """Newton's method on `R₀ = 0`, the held coordinates, `g = 0` and `t·(z - z_predicted) = 0`.
 
     `g` is the last unknown of the bordered system `[A b; cᵀ 0] (v, g) = (0, 1)`, which vanishes

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..parallel import in_parallel
 from ..statics.unknowns import unknown_scales
-from .singular_points import Lane, correct
+from .singular_points import Lane, correct_points
 
 _FIRST = 0.2
 """Longest first step along a curve, in dimensionless unknowns."""
@@ -50,7 +50,7 @@ class Tracer:
             part = pick[k : k + width]
             chosen = Lane(*(np.asarray(leaf)[part] for leaf in lanes))
             ahead = np.asarray(predicted)[part]
-            return correct(self.robot, self.columns, self.held, chosen, ahead, self.steps)
+            return correct_points(self.robot, self.columns, self.held, chosen, ahead, self.steps)
 
         parts = in_parallel(some, range(0, size, width))
         return Lane(*(np.concatenate(leaves)[:count] for leaves in zip(*parts, strict=True)))

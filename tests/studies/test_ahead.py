@@ -61,7 +61,7 @@ def test_a_map(paper):
     spacing, box, places = 0.01, ((-0.05, 0.05), (0.15, 0.25)), (2, 3)
     workspace_map(paper, spacing=spacing, box=box)
     called = known()
-    assert {"from_home", "polish", "_advance", "look_at_cells", "_correct"} <= names(called)
+    assert {"from_home", "polish", "_advance", "look_at_cells", "correct_points"} <= names(called)
     selection = select(paper)
     follower = Follower(paper, imposed_rows(paper, places), places, 10)
     half_ranges = ranges(paper, selection, None)
