@@ -132,7 +132,8 @@ class _Program:
         devices = _devices(arrays)
         if devices is None or _is_watched():
             return self._alone(*args, **kwargs)
-        key = (structure, *rest, devices, bool(jax.config.read("jax_enable_x64")), _folder)
+        place = getattr(jax.config, "jax_default_device", None)
+        key = (structure, *rest, devices, place, bool(jax.config.read("jax_enable_x64")), _folder)
         loaded = self._load(key, args, kwargs)
         if loaded is None:
             return self._alone(*args, **kwargs)
@@ -287,9 +288,12 @@ def _devices(arrays) -> frozenset | None:
     if _is_single():
         # To ask each array takes as long as all the rest of a call.
         return frozenset()
-    found = {array.sharding for array in arrays if isinstance(array, jax.Array)}
-    devices = frozenset().union(*(sharding.device_set for sharding in found))
-    return devices if len(devices) < 2 else None
+    found = [array for array in arrays if isinstance(array, jax.Array)]
+    devices = frozenset().union(*(array.sharding.device_set for array in found))
+    if len(devices) > 1:
+        return None
+    # Arrays that may move take a program of their own.
+    return devices | {k for k, array in enumerate(found) if array.committed}
 
 
 def _is_watched() -> bool:
@@ -299,8 +303,8 @@ def _is_watched() -> bool:
 
 @functools.cache
 def _is_single() -> bool:
-    """Whether there is but one device."""
-    return jax.device_count() == 1
+    """Whether there is but one device; beside a GPU there always is the CPU."""
+    return jax.device_count() == 1 and jax.default_backend() == "cpu"
 
 
 def _type_of(leaf) -> tuple:

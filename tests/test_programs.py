@@ -241,3 +241,31 @@ def test_programs_are_traced_in_turn():
         found = list(pool.map(lambda added: float(traced(jnp.ones(()), added)), range(4)))
     assert found == [1.0, 2.0, 3.0, 4.0]
     assert most == [1]
+
+
+DEVICES = """
+import jax
+jax.config.update("jax_num_cpu_devices", 2)
+import numpy as np
+from cpr_jax.programs import program
+first, second = jax.devices()
+
+@program
+def double(x):
+    return 2.0 * x
+
+three = np.arange(3.0)
+places = [double(three).devices()]
+with jax.default_device(second):
+    places.append(double(three).devices())
+    free = jax.numpy.asarray(three)
+places.append(double(free).devices())
+places.append(double(jax.device_put(three, second)).devices())
+print(places == [{first}, {second}, double.__wrapped__(free).devices(), {second}])
+"""
+
+
+def test_programs_run_where_their_arrays_and_jax_say():
+    run = [sys.executable, "-c", DEVICES]
+    found = subprocess.run(run, capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "True"

@@ -135,7 +135,8 @@ def expand(
     n_rho = rho.size
 
     # A parameter that does not vary still has a derivative.
-    reach = _REACH * jnp.where(delta > 0.0, delta, 1e-3 * jnp.maximum(jnp.abs(rho), 1e-3))
+    size = jnp.where(rho == 0.0, 1e-3, jnp.abs(rho))
+    reach = _REACH * jnp.where(delta > 0.0, delta, 1e-3 * size)
     pairs = _pairs(n_rho, scaled.size)
     both = np.eye(n_rho)[pairs[0]] + np.eye(n_rho)[pairs[1]]
     ways = reach * np.concatenate([np.eye(n_rho), both[pairs[0] != pairs[1]]])

@@ -54,7 +54,8 @@ def leg_sensitivity(
     """
     check_fits("equilibrium", equilibrium, robot)
     check_integer("points", points, least=2)
-    if not 1 <= leg <= robot.n:
+    check_integer("leg", leg)
+    if leg > robot.n:
         raise InputError(f"Argument `leg` must be between 1 and {robot.n}, but it is {leg}.")
     if parameters is None:
         rests = segments_of(robot.leg(leg - 1).rod).precurvature[: segment_count(robot, leg - 1)]

@@ -5,6 +5,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..errors import check_integer
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
@@ -57,6 +58,7 @@ class Mobility(eqx.Module):
 
 def mobility(robot: Robot, equilibrium: Equilibrium, steps: int = DEFAULT_STEPS) -> Mobility:
     """The platform's motion per motor and per load at an equilibrium."""
+    check_integer("steps", steps)
     check_fits("equilibrium", equilibrium, robot)
     return _mobility(where_solved(robot, equilibrium).unnamed, equilibrium.y, steps)
 

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..errors import InputError
+from ..errors import InputError, check_integer
 from ..geometry import floats, namespace
 from ..programs import program
 from ..robots.robot import Robot
@@ -146,6 +146,7 @@ def sensitivity(
         raise InputError(
             f"Argument `hold` must be 'motors' or 'platform', but it is {hold!r}."
         ) from None
+    check_integer("steps", steps)
     check_fits("equilibrium", equilibrium, robot)
     selection = select(robot, parameters)
     if hold is Hold.PLATFORM and robot.n_a != robot.n_p:

@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
+from ..errors import check_integer
 from ..geometry import AbstractGeometry, Components
 from ..programs import program
 from ..robots.leg import Leg
@@ -78,6 +79,7 @@ def stability(robot: Robot, equilibrium: Equilibrium, steps: int = DEFAULT_STEPS
     Nothing of it has derivatives: those of `platform_stiffness` are NaN. `sensitivity` has the same
     stiffness from the residual, with derivatives.
     """
+    check_integer("steps", steps)
     check_fits("equilibrium", equilibrium, robot)
     found = _stability(robot.unnamed, equilibrium.y, steps)
     given = jax.tree.leaves((robot, equilibrium.y))

@@ -32,6 +32,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         # What is read has messages of its own; what is left is what a command writes.
         place, reason = error.filename, error.strerror or str(error)
         option = "--figure" if arguments.command == "robots" else "--out"
+        if place is None:
+            _complain(f"the results cannot be written: {reason}")
+            return EXIT_INPUT
         _complain(
             f"Argument `{option}` must be a place to write to, but {place!r} is not: {reason}."
         )

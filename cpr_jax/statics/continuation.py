@@ -57,7 +57,7 @@ class _Walk(NamedTuple):
     """A point on a branch, derivatives of y along the path there, and what is to come.
 
     `taken` is the step that has led there. After a step that has failed `across` tells to look for
-    a fold, and `folded` whether there is one.
+    a fold, `looked` that this has been done, and `folded` whether there is one.
     """
 
     y: Float[Array, " n"]
@@ -70,6 +70,7 @@ class _Walk(NamedTuple):
     steps: Int[Array, ""]
     taken: Float[Array, ""]
     across: Bool[Array, ""]
+    looked: Bool[Array, ""]
     folded: Bool[Array, ""]
 
 
@@ -201,7 +202,8 @@ def follow(
             steps=walk.steps + 1,
             taken=jnp.where(good, taken, walk.taken),
             # Once from each point: what comes of it does not change before the next one.
-            across=~good & ~walk.across,
+            across=~(good | walk.across | walk.looked),
+            looked=~good & (walk.across | walk.looked),
             folded=folded,
         )
 
@@ -217,6 +219,7 @@ def follow(
         steps=jnp.array(0),
         taken=zero,
         across=jnp.array(False),
+        looked=jnp.array(False),
         folded=jnp.array(False),
     )
     length = jnp.sum(jnp.abs(jnp.diff(path, axis=0)))

@@ -136,11 +136,12 @@ def check_fits(name: str, equilibrium: Any, robot: Robot) -> None:
     if not isinstance(equilibrium, Equilibrium):
         kind = type(equilibrium).__name__
         raise InputError(f"Argument `{name}` must be an Equilibrium, but it is a {kind}.")
-    shapes = (
-        equilibrium.q_a.shape[-1],
-        equilibrium.q_p.shape[-1],
-        *equilibrium.mu.shape[-2:],
-    )
+    shapes = (*equilibrium.q_a.shape, *equilibrium.q_p.shape, *equilibrium.mu.shape)
+    if np.ndim(equilibrium.status) > 0:
+        raise InputError(
+            f"Argument `{name}` must be one equilibrium, but it is a batch of "
+            f"{np.shape(equilibrium.status)}: take one of them, or use `jax.vmap`."
+        )
     expected = (robot.n_a, robot.n_p, robot.n, robot.geometry.freedoms)
     if shapes != expected:
         raise InputError(

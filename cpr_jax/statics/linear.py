@@ -212,6 +212,12 @@ def _pivots(matrix):
     """Negative pivots of `L D Lᵀ`, the largest first; a pivot of zero becomes a tiny one."""
     n, lanes = matrix.shape[0], matrix.shape[-1]
     index = lax.broadcasted_iota(jnp.int32, (n, lanes), 0)
+    # In units of the diagonal, which change no sign: a small pivot is not one of zero because
+    # another direction is many times as stiff.
+    diagonal = jnp.stack([jnp.abs(matrix[i, i]) for i in range(n)])
+    size = jnp.where(diagonal > 0.0, diagonal, jnp.max(jnp.abs(matrix), axis=1))
+    unit = lax.rsqrt(jnp.where(size > 0.0, size, 1.0))
+    matrix = matrix * unit[:, None] * unit
     tiny = 1e-14 * jnp.max(jnp.abs(matrix), axis=(0, 1))
     tiny = jnp.where(tiny > 0.0, tiny, 1.0)
 

@@ -9,6 +9,7 @@ from jaxtyping import Float
 from ..analysis.parameters import Selection, select
 from ..analysis.pieces import rods_in_pieces
 from ..analysis.stability import count_unstable
+from ..checks import check_positive
 from ..errors import InputError, check_integer
 from ..geometry import floats
 from ..programs import program
@@ -30,6 +31,18 @@ and the number of unstable directions bears it."""
 _NEAR, _FAR, _STEEPER = 1e-5, 1e-3, 3.0
 """Beside a fold the unknowns change like a square root. Over the nearer of these two shares of the
 range they are ten times as steep then as over the farther one; a third of that is taken for it."""
+
+
+_SHORTER, _LONGER = 0.382, 1.3
+"""By which steps that fail and those that succeed change. The first is no fraction: on those of the
+range loads may be critical, where the equations are singular."""
+
+_MOST = 2000
+"""Values beside the wanted points that are looked at, before a branch counts as lost."""
+
+_BEHIND, _STRAIGHT = 1e-8, 1e-6
+"""Where a change of stability is looked at once more, in shares of the range behind it, and how far
+the unknowns may move on the way: where a branch forks they move like a square root."""
 
 
 class CriticalValue(NamedTuple):
@@ -79,6 +92,7 @@ def critical_value(
     check_fits("equilibrium", equilibrium, robot)
     check_integer("points", points)
     check_integer("steps", steps)
+    check_positive("rtol", rtol)
     if int(equilibrium.status) != Status.SOLVED:
         raise InputError("Argument `equilibrium` must be solved.")
     selection = select(robot, (parameter,), "parameter")
@@ -100,16 +114,19 @@ def critical_value(
     if found is None:
         raise InputError("Argument `equilibrium` must be an equilibrium of `robot`.")
     y, before = found
-    low, step, way = start, (stop - start) / points, [(start, y)]
-    least = rtol * abs(stop - start)
+    longest, way = (stop - start) / points, [(start, y)]
+    low, step = start, longest
+    least, looks = rtol * abs(stop - start), 0
     while (stop - low) * np.sign(step) > least:
+        looks += 1
         high = low + step if (stop - low - step) * np.sign(step) > 0.0 else stop
         found = look(high, y)
         if found is None:
-            step *= 0.5
-            if abs(step) < least and _folds_back(way, units, stop - start):
+            ended = abs(step) <= least or looks > points + _MOST
+            step = np.sign(step) * max(_SHORTER * abs(step), least)
+            if ended and _folds_back(way, units, stop - start):
                 return CriticalValue(low, before, -1, y)
-            if abs(step) < least:
+            if ended:
                 raise SolveError(
                     Status.NOT_CONVERGED,
                     f"The equilibrium of {robot.name} could not be followed beyond {parameter} = "
@@ -120,15 +137,27 @@ def critical_value(
         if found[1] == before:
             low, y = high, found[0]
             way.append((low, y))
+            step = min(_LONGER * step, longest, key=abs)
             continue
         after = found[1]
         while abs(high - low) > least:
             middle = 0.5 * (low + high)
+            if middle in (low, high):
+                break
             found = look(middle, y)
             if found is not None and found[1] == before:
                 low, y = middle, found[0]
             else:
                 high = middle
+        behind = high + np.sign(step) * max(least, _BEHIND * abs(stop - start))
+        found = look(behind, y)
+        if found is not None and found[1] == before:
+            moved = np.max(np.abs(found[0] - y) / units)
+            if moved < _STRAIGHT:
+                # Where a rod alone is singular its index is not known, at that value only.
+                low, y = behind, found[0]
+                way.append((low, y))
+                continue
         return CriticalValue(0.5 * (low + high), before, after, y)
     return CriticalValue(float("nan"), before, before, y)
 

@@ -250,12 +250,25 @@ def _look(problem: Problem, y, steps: int):
 
 
 def _principal(robot: Robot, y: np.ndarray, places: Sequence[int]) -> np.ndarray:
-    """The same configurations with motors within half a period; what is imposed stays as it is."""
+    """The same configurations with motors within half a period, and a body within half a turn.
+
+    What is imposed stays as it is.
+    """
     periods = motor_periods(robot)
     free = [j for j in range(robot.n_a) if j not in places and np.isfinite(periods[j])]
     y = y.copy()
     y[:, free] -= periods[free] * np.round(y[:, free] / periods[free])
+    turns = range(robot.n_a + robot.geometry.d, robot.n_a + robot.n_p)
+    if len(turns) and not any(k in places for k in turns):
+        y[:, turns] = _within_half_a_turn(y[:, turns])
     return y
+
+
+def _within_half_a_turn(vectors: np.ndarray) -> np.ndarray:
+    """Rotation vectors `(k, r)` of the same orientations: whole turns about an axis change none."""
+    angle = np.linalg.norm(vectors, axis=1, keepdims=True)
+    whole = 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
+    return vectors * (1.0 - whole / np.where(angle > 0.0, angle, 1.0))
 
 
 def _distinct(y: np.ndarray, units: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

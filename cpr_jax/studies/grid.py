@@ -111,9 +111,13 @@ def make_grid(
     )
     first, last = first.astype(int), last.astype(int)
     if np.any(last - first < 2):
+        name = "spacing" if box is None else "box"
+        expected = (
+            "at most half of what is within reach" if box is None else "at least two spacings wide"
+        )
         raise InputError(
-            "Argument `box` must be at least two spacings wide, but its corners are "
-            f"{corners.tolist()} with a spacing of {strides.tolist()}."
+            f"Argument `{name}` must be {expected}, but the corners are {corners.tolist()} with a "
+            f"spacing of {strides.tolist()}."
         )
     count = int(np.prod(last - first + 1.0))
     if count > _MOST:

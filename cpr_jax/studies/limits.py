@@ -35,9 +35,12 @@ class Limits:
                     "Argument `motors` must be a lowest and a highest position, but it is "
                     f"({low}, {high})."
                 )
+            object.__setattr__(self, "motors", (float(low), float(high)))
         for name in ("torque", "moment", "curvature"):
             if getattr(self, name) is not None:
                 check_positive(name, getattr(self, name))
+                # A map keeps its limits as JSON.
+                object.__setattr__(self, name, float(getattr(self, name)))
 
     def beyond(self, cells: Cell) -> np.ndarray:
         """Whether each cell is beyond some limit."""

@@ -93,6 +93,7 @@ def map_dataset(
         attrs={
             "title": f"Workspace map of {robot.name}",
             "robot": robot.name,
+            "imposed": json.dumps([labels[k] for k in imposed]),
             "held": json.dumps(held),
             "versions": json.dumps(versions()),
             "convention": "SI units, world axes",

@@ -35,6 +35,11 @@ from .versions import versions
 _SHARE = 0.1
 """Of the tolerance of the integration, what root finding may leave as a residual."""
 
+_MOST = 2**32
+"""Samples that have random numbers of their own."""
+
+_LARGEST_SEED = 2**63 - 1
+
 _Kind = TypeVar("_Kind", bound=enum.Enum)
 
 
@@ -140,8 +145,8 @@ def monte_carlo(
     Batches go to all local devices, windows to all processes of `jax.distributed`, of which each
     gets the whole result; the numbers are the same.
     """
-    check_integer("samples", samples)
-    check_integer("seed", seed, least=0)
+    check_integer("samples", samples, most=_MOST)
+    check_integer("seed", seed, least=0, most=_LARGEST_SEED)
     check_integer("keep", keep, least=0)
     given = checked_scheme("steps", DEFAULT_STEPS if steps is None else steps)
     if not (isinstance(tolerance, float) and 0.0 < tolerance < 1.0):

@@ -66,7 +66,8 @@ def plan_path(
     **Raises:** `ValueError` for a bad argument; `SolveError` where no path leads to the
     goal.
     """
-    if not isinstance(dataset, xr.Dataset) or "seam" not in dataset or dataset["seam"].ndim != 2:
+    known = isinstance(dataset, xr.Dataset) and "imposed" in dataset.attrs and "seam" in dataset
+    if not (known and dataset["seam"].ndim == 2):
         raise InputError("Argument `dataset` must be a workspace map over two coordinates.")
     names = [str(name) for name in dataset["status"].dims]
     open_, price = _open(dataset, names, allowed, unstable), _price(dataset, names, cost)
@@ -193,14 +194,14 @@ def _end(dataset: xr.Dataset, names, field: CostField, name: str, value) -> Floa
 
 def _imposed(dataset: xr.Dataset, names, corners):
     """The corners with all coordinates that the motors impose, and the names of those."""
-    labels = [*dataset["motor"].values.tolist(), *dataset["coordinate"].values.tolist()]
-    places = json.loads(dataset.attrs["configuration"])["imposed"]
     held = json.loads(dataset.attrs["held"])
-    columns, imposed = [], tuple(labels[place] for place in places)
+    columns, imposed = [], tuple(json.loads(dataset.attrs["imposed"]))
     for label in imposed:
         name = label.removeprefix("p_P_")
-        varies = name in names
-        columns.append(
-            corners[:, names.index(name)] if varies else np.full(len(corners), held[label])
-        )
+        if name in names:
+            columns.append(corners[:, names.index(name)])
+            continue
+        # Of a slice of a volume, what the third axis is there.
+        value = held[label] if label in held else float(dataset[name])
+        columns.append(np.full(len(corners), value))
     return np.stack(columns, axis=1), imposed

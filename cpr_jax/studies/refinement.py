@@ -40,14 +40,18 @@ def representatives(
 ) -> tuple[tuple[Int[np.ndarray, "n_0 n_1"], Int[np.ndarray, "n_0 n_1"]], np.ndarray]:
     """The cell that stands for each cell of the grid, and how often its spacing was halved.
 
-    A cell of a coarse lattice stands for the block around it, less what finer ones stand for.
+    A cell of a coarse lattice stands for the block around it, less what finer ones stand for; where
+    the grid ends before the next one, for what is left.
 
     **Arguments:**
 
     - `wanted`: by stride, coarsest first, the cells that were to be solved on its lattice.
     """
     shape = front.inside.shape
-    places, level = np.zeros((*shape, 2), int), np.zeros(shape, np.int8)
+    coarsest = front.lattice(next(iter(wanted))) & front.inside
+    nearest = [_nearest(np.flatnonzero(np.any(coarsest, axis=1 - k)), shape[k]) for k in (0, 1)]
+    places = np.stack(np.meshgrid(*nearest, indexing="ij"), axis=-1)
+    level = np.zeros(shape, np.int8)
     for number, (stride, mask) in enumerate(wanted.items()):
         at = np.argwhere(front.lattice(stride) & mask)
         reach = range(-(stride // 2), stride - stride // 2)
@@ -57,3 +61,9 @@ def representatives(
                 places[cells], level[cells] = at, number
     inner = places[front.inner] - front.margin
     return (inner[..., 0], inner[..., 1]), level[front.inner]
+
+
+def _nearest(lines: Int[np.ndarray, " lines"], count: int) -> Int[np.ndarray, " count"]:
+    """For each of `count` places the nearest of some ascending ones, between two the upper."""
+    middles = -(-(lines[:-1] + lines[1:]) // 2)
+    return lines[np.searchsorted(middles, np.arange(count), side="right")]

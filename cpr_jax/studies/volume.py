@@ -11,7 +11,7 @@ import xarray as xr
 
 from ..errors import InputError, shown
 from ..robots.robot import Robot
-from ..statics.equilibrium import Equilibrium
+from ..statics.equilibrium import Equilibrium, check_fits
 from ..statics.problem import coordinate_places, imposed_coordinates
 from ..statics.solve import solve_inverse
 from ..statics.status import Status
@@ -73,6 +73,11 @@ def workspace_volume(
             )
         home = np.concatenate([robot.home.q_a, robot.home.q_p])
         seed = solve_inverse(robot, home[list(places)], imposed=imposed)
+    check_fits("seed", seed, robot)
+    if int(seed.status) != Status.SOLVED:
+        raise InputError(
+            f"Argument `seed` must be solved, but its status is {Status(int(seed.status)).name}."
+        )
 
     folder = None if out is None else pathlib.Path(out)
     slices: dict[int, xr.Dataset] = {}
@@ -135,6 +140,7 @@ def _stacked(slices: dict[int, xr.Dataset], values: np.ndarray, axis: str, unit:
             full[k][tuple(slice(0, size) for size in array.shape)] = array
         variables[str(name)] = ((axis, *model[name].dims), full, model[name].attrs)
     attributes = {**model.attrs, "held": json.dumps(_held(model, axis))}
+    # That of one slice.
     del attributes["configuration"]
     third = axis, values, {"units": unit, "long_name": f"platform coordinate {axis}"}
     return xr.Dataset(variables, {**model.coords, axis: third}, attributes)

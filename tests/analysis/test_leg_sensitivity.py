@@ -71,6 +71,9 @@ def test_points_are_for_looking_and_not_for_accuracy(robot, equilibria):
 def test_leg_must_exist(robot, equilibria):
     with pytest.raises(ValueError, match="`leg` must be between 1 and 2"):
         cpr.leg_sensitivity(robot, equilibria[0.0, 0.2], 3)
+    for leg in ("1", 1.5, 0):
+        with pytest.raises(ValueError, match="`leg` must be a positive integer"):
+            cpr.leg_sensitivity(robot, equilibria[0.0, 0.2], leg)
 
 
 def test_inside_a_transformation_its_parameters_are_named(robot, equilibria):

@@ -177,3 +177,10 @@ def test_of_a_known_robot_within_a_transformation(robot, equilibria):
     np.testing.assert_allclose(
         inside(at.mu), cpr.sensitivity(robot, at).Pi_y, rtol=1e-9, atol=1e-12
     )
+
+
+@pytest.mark.parametrize("look", [cpr.sensitivity, cpr.mobility, cpr.stability])
+@pytest.mark.parametrize("steps", [0, 2.5, "10"])
+def test_wrong_steps_are_named(robot, equilibria, look, steps):
+    with pytest.raises(cpr.InputError, match="`steps` must"):
+        look(robot, equilibria[0.0, 0.2], steps=steps)

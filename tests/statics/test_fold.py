@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cpr_jax.statics.chord import chord_corrector
-from cpr_jax.statics.continuation import follow
+from cpr_jax.statics.continuation import Corrected, follow
 from cpr_jax.statics.fold import fold_ahead, hermite, is_fold
 from cpr_jax.statics.status import Status
 
@@ -106,6 +106,22 @@ def test_folds_end_a_branch_in_fewer_steps(beyond):
     assert float(found.y[0]) <= -1.0 / np.sqrt(3.0) + 1e-9
     if beyond > 0.1:
         assert int(found.steps) < 0.7 * int(slow.steps)
+
+
+def test_each_point_looks_across_once():
+    """To a branch whose other side is never found."""
+    across = []
+
+    def correct(predicted, _, h, dh, reach):
+        y = jnp.sqrt(jnp.maximum(0.5 - h, 1e-30))
+        jax.debug.callback(lambda *at: across.append(at), h[0], predicted[0], ordered=True)
+        return Corrected(y, (h[0] < 0.5) & (predicted[0] > 0.0), jnp.ones(()), -0.5 / y * dh)
+
+    found = follow(correct, jnp.array([0.5**0.5]), jnp.array([[0.0], [1.0]]), folds=True)
+    jax.effects_barrier()
+    assert int(found.status) == Status.LOST
+    looked = [float(h) for h, predicted in across if predicted < 0.0 and h < 0.5]
+    assert len(looked) == len(set(looked)) > 3
 
 
 @pytest.mark.parametrize("gap", [1e-1, 1e-2, 1e-3])

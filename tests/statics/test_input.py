@@ -115,6 +115,12 @@ def test_a_guess_of_another_robot_is_named(paper, nominal):
         solve_inverse(paper, (0.0, 0.2), guess=other)
 
 
+def test_a_batch_of_equilibria_is_no_guess(paper, nominal):
+    batch = jax.tree.map(lambda leaf: jnp.stack([leaf, leaf]), nominal)
+    with pytest.raises(ValueError, match=r"`guess` must be one equilibrium, but it is a batch"):
+        solve_inverse(paper, (0.0, 0.2), guess=batch)
+
+
 def test_a_point_out_of_reach_raises_with_its_status(paper):
     with pytest.raises(SolveError, match="RFRFR") as caught:
         solve_inverse(paper, (0.0, 0.6))

@@ -98,3 +98,56 @@ def test_a_rod_pulled_taut_is_no_fold(paper):
     assert np.isnan(found.value) and found.before == found.after == 0
     with pytest.raises(SolveError, match=r"l1 = 0\.0[23]"):
         cpr.critical_value(paper, start, "l1", 0.0, rtol=1e-4)
+
+
+@pytest.fixture(scope="module")
+def column():
+    """A straight rod, clamped at its motor and free at the other end."""
+    leg = cpr.make_leg(cpr.PLANE, (0.0, 0.0), cpr.kirchhoff_rod(cpr.PLANE, 0.3, 0.02))
+    robot = cpr.make_robot(
+        cpr.PLANE, [leg], oriented=False, f_P=(0.0, 0.0), home=((np.pi / 2.0,), (0.0, 0.3))
+    )
+    return robot, cpr.solve_forward(robot, (np.pi / 2.0,)), np.pi**2 * 0.02 / 4.0 / 0.3**2
+
+
+@pytest.mark.parametrize("share", [2.0, 1.7, 3.0])
+def test_a_column_buckles_under_eulers_load(column, share):
+    """With twice the load as the last, that of a point that is looked at is Euler's."""
+    robot, equilibrium, load = column
+    found = critical_value(robot, equilibrium, "f_P_z", -share * load)
+    assert found.value == pytest.approx(-load, rel=1e-8)
+    assert (found.before, found.after) == (0, 1)
+
+
+def test_two_columns_under_a_body_sway_together():
+    """A quarter of their load is Euler's for a rod with a free end, which none of them is."""
+    legs = [
+        cpr.make_leg(
+            cpr.PLANE,
+            (side, 0.0),
+            cpr.kirchhoff_rod(cpr.PLANE, 0.3, 0.02),
+            joint=cpr.clamped(cpr.PLANE),
+            attachment_position=(side, 0.0),
+            attachment_rotation=np.pi / 2.0,
+        )
+        for side in (-0.05, 0.05)
+    ]
+    upright = (np.pi / 2.0,) * 2
+    robot = cpr.make_robot(
+        cpr.PLANE, legs, oriented=True, f_P=(0.0, 0.0), home=(upright, (0.0, 0.3, 0.0))
+    )
+    load = 2.0 * np.pi**2 * 0.02 / 0.3**2
+    found = critical_value(robot, cpr.solve_forward(robot, upright), "f_P_z", -2.0 * load)
+    assert found.value == pytest.approx(-load, rel=1e-7)
+
+
+@pytest.mark.parametrize("rtol", [0.0, -1e-9, np.nan])
+def test_an_accuracy_is_positive(column, rtol):
+    with pytest.raises(InputError, match="`rtol` must be positive"):
+        critical_value(*column[:2], "f_P_z", -1.0, rtol=rtol)
+
+
+def test_no_accuracy_is_too_much(column):
+    robot, equilibrium, load = column
+    found = critical_value(robot, equilibrium, "f_P_z", -1.7 * load, rtol=1e-300)
+    assert found.value == pytest.approx(-load, rel=1e-8)

@@ -4,13 +4,14 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import cpr_jax as cpr
 from cpr_jax.errors import InputError
 from cpr_jax.robots.catalogue import rfrfr_straight, three_rfr
 from cpr_jax.statics.solve import solve_inverse
 from cpr_jax.statics.status import Status
-from cpr_jax.studies.equilibria import find_equilibria
+from cpr_jax.studies.equilibria import _within_half_a_turn, find_equilibria
 from tests.oracles.planar_shooting import PlanarRobot, energy, inverse, residual
 
 POINT = (0.1, 0.8)
@@ -144,3 +145,16 @@ def test_the_branch_of_the_home_is_found_however_few_the_starts():
 def test_mistakes_are_named(robot, options, field):
     with pytest.raises(InputError, match=f"`{field}`"):
         find_equilibria(robot, **options)
+
+
+@pytest.mark.parametrize("axes", [1, 3])
+def test_orientations_that_differ_by_whole_turns_are_the_same(axes):
+    vectors = np.random.default_rng(0).normal(size=(20, axes)) * 5.0
+    vectors[0] = 0.0
+    found = _within_half_a_turn(vectors)
+    assert np.max(np.linalg.norm(found, axis=1)) <= np.pi + 1e-12
+    turned = (
+        Rotation.from_rotvec(np.pad(v, ((0, 0), (3 - axes, 0)))).as_matrix()
+        for v in (found, vectors)
+    )
+    np.testing.assert_allclose(*turned, atol=1e-12)

@@ -1,5 +1,6 @@
 """Monte Carlo: counts, coverage, reproducibility, lanes without an equilibrium."""
 
+import dataclasses
 import importlib
 
 import numpy as np
@@ -175,7 +176,9 @@ def test_root_finding_leaves_less_than_the_integration(robot, equilibria, studie
         ({"samples": 0}, "samples"),
         ({"samples": 2.5}, "samples"),
         ({"samples": True}, "samples"),
+        ({"samples": 2**32 + 1}, "samples"),
         ({"seed": -1}, "seed"),
+        ({"seed": 2**64}, "seed"),
         ({"distribution": "normal"}, "distribution"),
         ({"prediction": "none"}, "prediction"),
         ({"steps": 0}, "steps"),
@@ -207,3 +210,27 @@ def test_unknown_ranges_are_refused_before_anything_is_computed(robot, equilibri
     for study in (cpr.sensitivity, cpr.monte_carlo):
         with pytest.raises(cpr.InputError, match=r"`delta`.*'nothing'"):
             study(robot, equilibria["A"], delta={"nothing": 1.0})
+
+
+def test_a_parameter_that_does_not_vary_changes_nothing_however_soft_rods_are():
+    """The robot a fiftieth in size: its stiffness is 2e-8 N m² there."""
+    size, soft = 0.02, 1e-6
+    robot = cpr.rfrfr(
+        l=0.25 * size,
+        a=0.045 * size,
+        b=0.035 * size,
+        d=0.2 * size,
+        k_b=0.0183 * soft,
+        r_c=(-size, size),
+        f_P=(0.0, soft / size**2),
+    )
+    home = cpr.Home(robot.home.q_a, size * robot.home.q_p)
+    robot = dataclasses.replace(robot, home=home)
+    ranges = {"k_b1": 0.0, "l1": 2.5e-3 * size}
+    equilibrium = cpr.solve_inverse(robot, (0.05 * size, 0.045 * size))
+    options = {"parameters": tuple(ranges), "delta": ranges}
+    found = cpr.monte_carlo(robot, equilibrium, 300, **options)
+    options["delta"] = ranges | {"k_b1": 1e-12 * 0.0183 * soft}
+    nearly = cpr.monte_carlo(robot, equilibrium, 300, **options)
+    np.testing.assert_array_equal(found.status, nearly.status)
+    assert found.solved > 200 and found.error < 1e-8

@@ -32,7 +32,7 @@ def made_up(cost, **changed):
             "motor": ["q1", "q2"],
             "coordinate": ["p_P_y", "p_P_z"],
         },
-        attrs={"configuration": json.dumps({"imposed": [2, 3]}), "held": "{}"},
+        attrs={"imposed": json.dumps(["p_P_y", "p_P_z"]), "held": "{}"},
     )
 
 
@@ -108,13 +108,16 @@ def test_an_angle_counts_for_a_length():
     assert way.length == pytest.approx(np.hypot(0.3, 0.2))
 
 
-def test_what_is_held_is_in_the_waypoints():
+@pytest.mark.parametrize("sliced", [False, True])
+def test_what_is_held_is_in_the_waypoints(sliced):
+    """By a map, or by a slice of a volume, which has it as a coordinate."""
     data = made_up(1.0)
     data = data.assign_coords(coordinate=["p_P_x", "p_P_y", "p_P_z"], motor=["q1", "q2", "q3"])
-    data.attrs |= {
-        "configuration": json.dumps({"imposed": [3, 4, 5]}),
-        "held": json.dumps({"p_P_x": 0.07}),
-    }
+    data.attrs["imposed"] = json.dumps(["p_P_x", "p_P_y", "p_P_z"])
+    if sliced:
+        data = data.assign_coords(x=0.07)
+    else:
+        data.attrs["held"] = json.dumps({"p_P_x": 0.07})
     way = cpr.plan_path(data, (0.0, 0.0), (0.3, 0.4))
     assert way.imposed == ("p_P_x", "p_P_y", "p_P_z")
     np.testing.assert_allclose(way.points, [(0.07, 0.0, 0.0), (0.07, 0.3, 0.4)])

@@ -84,3 +84,12 @@ def test_bad_input(robot):
         cpr.workspace_map(robot)
     with pytest.raises(ValueError, match="`imposed` must contain the axes"):
         cpr.workspace_map(robot, imposed=("z", "phi_P_x", "phi_P_y"), axes=("x", "y"))
+
+
+def test_a_seed_is_an_equilibrium_of_the_robot(robot):
+    lost = cpr.solve_inverse(robot, (0.0, 0.0, 9.0), imposed=IMPOSED, throw=False)
+    with pytest.raises(ValueError, match="`seed` must be solved"):
+        cpr.workspace_volume(robot, [0.3], lost, imposed=IMPOSED, box=BOX)
+    other = cpr.solve_inverse(cpr.rfrfr(), (0.0, 0.2))
+    with pytest.raises(ValueError, match="`seed` must be an equilibrium of a robot like"):
+        cpr.workspace_volume(robot, [0.3], other, imposed=IMPOSED, box=BOX)

@@ -198,6 +198,7 @@ def test_the_dataset_is_labelled_and_survives_a_file(mapped, tmp_path):
         ({"axes": ("y", "y")}, "axes"),
         ({"axes": ("y", "x")}, "axes"),
         ({"box": ((0.0, 0.0), (0.001, 0.001))}, "box"),
+        ({"spacing": 1.0}, "spacing"),
         ({"box": ((0.0, 0.0), (np.inf, 0.1))}, "box"),
         ({"spacing": 1e-6}, "spacing"),
         ({"limits": {"torque": 1.0}}, "limits"),
@@ -250,3 +251,21 @@ def test_what_polishing_does_not_mend_is_no_solution(robot, monkeypatch):
     assert np.all(dataset["status"].values == Status.NOT_CONVERGED)
     assert np.all(np.isnan(dataset["semi_axis_max"].values))
     assert np.all(dataset["index"].values == -1)
+
+
+def test_limits_may_be_numbers_of_numpy():
+    """A map keeps them as JSON."""
+    limits = Limits(motors=np.array([-1.0, 4.0]), torque=np.float32(0.5), moment=np.int64(1))
+    assert limits == Limits(motors=(-1.0, 4.0), torque=0.5, moment=1.0)
+    kinds = {type(value) for value in (*limits.motors, limits.torque, limits.moment)}
+    assert kinds == {float}
+
+
+def test_cells_at_the_edge_of_a_refined_map_are_close_by(robot):
+    """Where the box ends within the workspace, between two cells of the coarse lattice."""
+    box = ((0.02, 0.15), (0.105, 0.235))
+    found = workspace_map(robot, spacing=0.01, refine=1, box=box)
+    assert np.all(found["status"].values == Status.SOLVED)
+    for k, name in enumerate(("y", "z")):
+        away = np.abs(found["q_p"].values[..., k] - np.moveaxis(np.atleast_2d(found[name]), 1, k))
+        assert np.max(away) < 0.01
