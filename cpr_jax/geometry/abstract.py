@@ -34,8 +34,7 @@ def floats(values: Any) -> jax.Array:
     """
     if isinstance(values, jax.Array):
         return values.astype(float)
-    # JAX takes twice as long where it is to choose the type.
-    return jnp.asarray(namespace(values).asarray(values, jax.dtypes.canonicalize_dtype(float)))
+    return jnp.asarray(namespace(values).asarray(values, float), float)
 
 
 def unchanged(values: Any) -> jax.Array:

@@ -33,11 +33,7 @@ _NEAR, _FAR, _STEEPER = 1e-5, 1e-3, 3.0
 range they are ten times as steep then as over the farther one; a third of that is taken for it."""
 
 
-_SHORTER, _LONGER = 0.382, 1.3
-"""By which steps that fail and those that succeed change. The first is no fraction: on those of the
-range loads may be critical, where the equations are singular."""
-
-_MOST = 2000
+_MOST = 20_000
 """Values beside the wanted points that are looked at, before a branch counts as lost."""
 
 _BEHIND, _STRAIGHT = 1e-8, 1e-6
@@ -114,16 +110,15 @@ def critical_value(
     if found is None:
         raise InputError("Argument `equilibrium` must be an equilibrium of `robot`.")
     y, before = found
-    longest, way = (stop - start) / points, [(start, y)]
-    low, step = start, longest
+    low, step, way = start, (stop - start) / points, [(start, y)]
     least, looks = rtol * abs(stop - start), 0
     while (stop - low) * np.sign(step) > least:
         looks += 1
         high = low + step if (stop - low - step) * np.sign(step) > 0.0 else stop
         found = look(high, y)
         if found is None:
-            ended = abs(step) <= least or looks > points + _MOST
-            step = np.sign(step) * max(_SHORTER * abs(step), least)
+            step *= 0.5
+            ended = abs(step) < least or looks > points + _MOST
             if ended and _folds_back(way, units, stop - start):
                 return CriticalValue(low, before, -1, y)
             if ended:
@@ -137,7 +132,6 @@ def critical_value(
         if found[1] == before:
             low, y = high, found[0]
             way.append((low, y))
-            step = min(_LONGER * step, longest, key=abs)
             continue
         after = found[1]
         while abs(high - low) > least:
