@@ -283,17 +283,16 @@ def _is_within(arrays) -> bool:
     return False
 
 
-def _devices(arrays) -> frozenset | None:
-    """Where arrays lie; `None` if they lie on several devices."""
+def _devices(arrays) -> tuple | None:
+    """Where arrays lie, and which are bound to it; `None` if they lie on several devices."""
     if _is_single():
         # To ask each array takes as long as all the rest of a call.
-        return frozenset()
+        return ()
     found = [array for array in arrays if isinstance(array, jax.Array)]
     devices = frozenset().union(*(array.sharding.device_set for array in found))
     if len(devices) > 1:
         return None
-    # Arrays that may move take a program of their own.
-    return devices | {k for k, array in enumerate(found) if array.committed}
+    return devices, tuple(array.committed for array in found)
 
 
 def _is_watched() -> bool:

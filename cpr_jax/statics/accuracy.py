@@ -108,7 +108,8 @@ def tip_errors(
     def compared(found, reference):
         apart = jnp.abs(found - found[reference])
         # What no scheme integrates, such as a rod without stiffness, tells nothing of any.
-        apart = jnp.where(jnp.isfinite(found[reference]), apart, 0.0)
+        told = jnp.isfinite(found[reference])
+        apart = jnp.where(told, apart, jnp.where(jnp.any(told), 0.0, jnp.inf))
         apart = jnp.where(jnp.isnan(apart), jnp.inf, apart)
         return jnp.max(apart, axis=tuple(range(1, found.ndim)))
 

@@ -148,3 +148,10 @@ def check_fits(name: str, equilibrium: Any, robot: Robot) -> None:
             f"Argument `{name}` must be an equilibrium of a robot like {robot.name}, but its "
             f"motors, coordinates, legs and wrenches number {shapes} instead of {expected}."
         )
+
+
+def check_solved(name: str, equilibrium: Equilibrium) -> None:
+    """Refuses an equilibrium that is none; not within a transformation, where it is not known."""
+    status = Status(int(equilibrium.status))
+    if status != Status.SOLVED:
+        raise InputError(f"Argument `{name}` must be solved, but its status is {status.name}.")

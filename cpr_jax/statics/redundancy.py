@@ -13,7 +13,7 @@ from ..geometry import Numbers
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
-from .equilibrium import Equilibrium
+from .equilibrium import Equilibrium, check_solved
 from .linear import inverse
 from .measures import motor_torques
 from .problem import coordinate_places
@@ -108,9 +108,7 @@ def resolve_redundancy(
             )
         guess = solve_forward(robot, robot.home.q_a, steps=steps)
 
-    if int(guess.status) != Status.SOLVED:
-        reason = Status(int(guess.status)).name
-        raise InputError(f"Argument `guess` must be solved, but its status is {reason}.")
+    check_solved("guess", guess)
     whole = np.append(np.asarray(guess.q_a), np.asarray(guess.q_p))
     whole[list(places)] = target
     if out_of_reach(robot, whole[None], places)[0]:

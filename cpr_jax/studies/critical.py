@@ -15,7 +15,7 @@ from ..geometry import floats
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
-from ..statics.equilibrium import Equilibrium, check_fits
+from ..statics.equilibrium import Equilibrium, check_fits, check_solved
 from ..statics.problem import Problem, forward_rows
 from ..statics.roots import find_root
 from ..statics.status import SolveError, Status
@@ -89,8 +89,7 @@ def critical_value(
     check_integer("points", points)
     check_integer("steps", steps)
     check_positive("rtol", rtol)
-    if int(equilibrium.status) != Status.SOLVED:
-        raise InputError("Argument `equilibrium` must be solved.")
+    check_solved("equilibrium", equilibrium)
     selection = select(robot, (parameter,), "parameter")
     start = float(selection.get(robot)[0])
     if not np.isfinite(stop) or stop == start:
@@ -119,7 +118,7 @@ def critical_value(
         if found is None:
             step *= 0.5
             ended = abs(step) < least or looks > points + _MOST
-            if ended and _folds_back(way, units, stop - start):
+            if abs(step) < least and _folds_back(way, units, stop - start):
                 return CriticalValue(low, before, -1, y)
             if ended:
                 raise SolveError(

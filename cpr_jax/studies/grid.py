@@ -111,10 +111,9 @@ def make_grid(
     )
     first, last = first.astype(int), last.astype(int)
     if np.any(last - first < 2):
-        name = "spacing" if box is None else "box"
-        expected = (
-            "at most half of what is within reach" if box is None else "at least two spacings wide"
-        )
+        name, expected = "box", "at least two spacings wide"
+        if box is None:
+            name, expected = "spacing", "at most half of what is within reach"
         raise InputError(
             f"Argument `{name}` must be {expected}, but the corners are {corners.tolist()} with a "
             f"spacing of {strides.tolist()}."

@@ -21,8 +21,7 @@ from ..rods.integration import DEFAULT_STEPS
 from ..rods.solver import Scheme, checked_scheme
 from ..statics.accuracy import MENU, TOLERANCE, least_scheme
 from ..statics.chord import EXACT
-from ..statics.equilibrium import Equilibrium, check_fits
-from ..statics.status import Status
+from ..statics.equilibrium import Equilibrium, check_fits, check_solved
 from ..summary import in_notebook, summary
 from .ahead import compile_study
 from .draws import Distribution
@@ -158,11 +157,7 @@ def monte_carlo(
     check_fits("equilibrium", equilibrium, robot)
     drawn = _option(Distribution, "distribution", distribution)
     predicted = _option(Prediction, "prediction", prediction)
-    if int(equilibrium.status) != Status.SOLVED:
-        raise InputError(
-            "Argument `equilibrium` must be solved, but its status is "
-            f"{Status(int(equilibrium.status)).name}."
-        )
+    check_solved("equilibrium", equilibrium)
     selection = select(robot, parameters)
     half_ranges, y = ranges(robot, selection, delta), equilibrium.y
     options = Options(selection, drawn, predicted)

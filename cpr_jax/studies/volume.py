@@ -11,7 +11,7 @@ import xarray as xr
 
 from ..errors import InputError, shown
 from ..robots.robot import Robot
-from ..statics.equilibrium import Equilibrium, check_fits
+from ..statics.equilibrium import Equilibrium, check_fits, check_solved
 from ..statics.problem import coordinate_places, imposed_coordinates
 from ..statics.solve import solve_inverse
 from ..statics.status import Status
@@ -74,10 +74,7 @@ def workspace_volume(
         home = np.concatenate([robot.home.q_a, robot.home.q_p])
         seed = solve_inverse(robot, home[list(places)], imposed=imposed)
     check_fits("seed", seed, robot)
-    if int(seed.status) != Status.SOLVED:
-        raise InputError(
-            f"Argument `seed` must be solved, but its status is {Status(int(seed.status)).name}."
-        )
+    check_solved("seed", seed)
 
     folder = None if out is None else pathlib.Path(out)
     slices: dict[int, xr.Dataset] = {}

@@ -15,7 +15,7 @@ from ..checks import check_kind
 from ..errors import InputError, check_integer, shown
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
-from ..statics.equilibrium import Equilibrium, check_fits
+from ..statics.equilibrium import Equilibrium, check_fits, check_solved
 from ..statics.problem import imposed_coordinates, imposed_rows
 from ..statics.reach import out_of_reach, used_up
 from ..statics.roots import TOLERANCE
@@ -103,9 +103,7 @@ def workspace_map(
     selection, half_ranges = selected(robot, parameters, delta)
     if seed is not None:
         check_fits("seed", seed, robot)
-        if int(seed.status) != Status.SOLVED:
-            reason = Status(int(seed.status)).name
-            raise InputError(f"Argument `seed` must be solved, but its status is {reason}.")
+        check_solved("seed", seed)
         begin = np.concatenate([seed.q_a, seed.q_p])
     elif robot.home is not None:
         begin = np.concatenate([robot.home.q_a, robot.home.q_p])

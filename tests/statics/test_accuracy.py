@@ -112,3 +112,14 @@ def test_what_takes_more_steps_is_not_called_solved_in_a_batch():
     assert np.all(np.isfinite(y[0])) and np.all(np.isnan(y[1]))
     np.testing.assert_array_equal(given, cpr.Status.SOLVED)
     np.testing.assert_allclose(finer[0], y[0], rtol=0, atol=1e-9)
+
+
+def test_a_case_that_cannot_be_integrated_tells_nothing_unless_it_is_alone():
+    robot = cpr.rfrfr()
+    y = cpr.solve_inverse(robot, (0.0, 0.25)).y
+    robots = jax.tree.map(lambda leaf: jnp.stack([leaf, leaf]), robot)
+    beside = tip_errors(robots, jnp.stack([y, jnp.nan * y]))
+    np.testing.assert_allclose(beside, tip_errors(*alone(robot, y)), rtol=1e-2, atol=1e-13)
+    unknown = np.asarray(tip_errors(*alone(robot, jnp.nan * y)))
+    assert not np.any(np.isfinite(unknown))
+    assert int(least_scheme(unknown)) == len(MENU) - 1
