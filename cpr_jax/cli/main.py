@@ -1,5 +1,6 @@
 """Entry point: arguments are checked, and refused, before JAX is imported."""
 
+import pathlib
 import re
 import sys
 import warnings
@@ -40,9 +41,17 @@ def main(argv: Sequence[str] | None = None) -> int:
         )
         return EXIT_INPUT
     except KeyboardInterrupt:
-        kept = getattr(arguments, "out", None) is not None and hasattr(arguments, "resume")
+        kept = hasattr(arguments, "resume") and _has_parts(arguments.out)
         _complain("interrupted; --resume goes on with it" if kept else "interrupted")
         return 130
+
+
+def _has_parts(out: str | None) -> bool:
+    """Whether a run to a file or into a folder has left parts to go on with."""
+    if out is None:
+        return False
+    folders = pathlib.Path(f"{out}.parts"), pathlib.Path(out) / "parts"
+    return any(path for folder in folders for path in folder.rglob("*.npz"))
 
 
 def _run(arguments) -> int:

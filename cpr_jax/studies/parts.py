@@ -5,6 +5,7 @@ import json
 import pathlib
 import threading
 import zipfile
+from collections.abc import Sequence
 from typing import Any
 
 import jax
@@ -30,11 +31,12 @@ class Parts:
 
     - `folder`: where the parts are, or `None` to keep nothing.
     - `configuration`: what decides every number of the run.
-    - `resume`: go on with the parts that are there; without it those of an earlier run are removed.
+    - `resume`: go on with the parts that are there, if there are any.
     - `field`: the argument that gave the folder, for errors to name.
 
-    **Raises:** `InputError` where the parts are of another run, or the folder holds something else:
-    what was not written here is not touched.
+    **Raises:** `InputError` where the parts are of another run, where there are parts without
+    `resume`, which would be lost, or where the folder holds something else: what was not written
+    here is not touched.
     """
 
     def __init__(
@@ -54,6 +56,7 @@ class Parts:
             _compare(json.loads(path.read_text()), json.loads(text), folder)
         else:
             _refuse_others(folder, field)
+            refuse_unfinished(folder, sorted(folder.glob("*.npz")))
             self.clear()
             write_atomically(path, lambda file: file.write_text(text + "\n"))
 
@@ -115,6 +118,16 @@ def _refuse_others(folder: pathlib.Path, field: str) -> None:
         raise InputError(
             f"Argument `{field}` must leave {folder} to the parts of a run, but it holds "
             f"{shown(min(others))}, which is none."
+        )
+
+
+def refuse_unfinished(folder: pathlib.Path, finished: Sequence[pathlib.Path]) -> None:
+    """Whatever took hours is not written over because somebody has forgotten a word."""
+    if finished:
+        raise InputError(
+            f"Argument `resume` must be given to go on with the interrupted run in {folder}, of "
+            f"which {len(finished)} finished {'part' if len(finished) == 1 else 'parts'} would be "
+            "lost without it. To begin anew remove that folder."
         )
 
 

@@ -16,6 +16,7 @@ from ..statics.problem import coordinate_places, imposed_coordinates
 from ..statics.solve import solve_inverse
 from ..statics.status import Status
 from ..statics.unknowns import unknown_units
+from .parts import refuse_unfinished
 from .results import save_dataset
 from .workspace import workspace_map
 
@@ -77,6 +78,8 @@ def workspace_volume(
     check_solved("seed", seed)
 
     folder = None if out is None else pathlib.Path(out)
+    if folder is not None and not options.get("resume"):
+        refuse_unfinished(folder, sorted(folder.glob("slice-*/map.nc")))
     slices: dict[int, xr.Dataset] = {}
     # From the seed outward, each from its neighbour.
     begin = np.concatenate([seed.q_a, seed.q_p])

@@ -54,10 +54,25 @@ def test_another_configuration_is_refused_and_named(tmp_path):
         Parts(tmp_path / "parts", {"spacing": 2.0, "steps": 10}, resume=True)
 
 
-def test_without_resume_old_parts_are_gone(tmp_path):
+@pytest.mark.parametrize("configuration", [{"a": 1}, {"a": 2}])
+def test_without_resume_no_part_is_lost(tmp_path, configuration):
     Parts(tmp_path / "parts", {"a": 1}, resume=False).save("one", ARRAYS)
-    fresh = Parts(tmp_path / "parts", {"a": 1}, resume=False)
+    with pytest.raises(InputError, match=r"`resume` .* 1 finished part would be lost"):
+        Parts(tmp_path / "parts", configuration, resume=False)
+    assert Parts(tmp_path / "parts", {"a": 1}, resume=True).load("one") is not None
+
+
+def test_without_parts_a_run_begins_anew(tmp_path):
+    Parts(tmp_path / "parts", {"a": 1}, resume=False)
+    (tmp_path / "parts" / ".abc.part").write_text("interrupted")
+    fresh = Parts(tmp_path / "parts", {"a": 2}, resume=False)
     assert fresh.load("one") is None
+    assert [path.name for path in (tmp_path / "parts").iterdir()] == ["configuration.json"]
+
+
+def test_to_resume_where_nothing_is_begins(tmp_path):
+    parts = Parts(tmp_path / "parts", {"a": 1}, resume=True)
+    assert parts.load("one") is None
 
 
 @pytest.mark.parametrize("name", ["bracket.step", "arrays.npz", "drawings/a.txt"])

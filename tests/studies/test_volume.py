@@ -8,6 +8,7 @@ import xarray as xr
 
 import cpr_jax as cpr
 from cpr_jax.statics.status import Status
+from cpr_jax.studies.workspace import workspace_map
 
 IMPOSED = ("x", "y", "z")
 BOX = ((-0.02, -0.01), (0.02, 0.01))
@@ -41,6 +42,25 @@ def test_one_file_is_left_with_all_units(volume, folder):
         ax = cpr.plot_map(cut)
         for label, name in zip((ax.get_xlabel(), ax.get_ylabel()), labels, strict=True):
             assert name in label and "(mm)" in label
+
+
+def test_an_interrupted_volume_goes_on(robot, volume, tmp_path, monkeypatch):
+    made = []
+
+    def interrupted(*arguments, **options):
+        if made:
+            raise KeyboardInterrupt
+        made.append(workspace_map(*arguments, **options))
+        return made[0]
+
+    needs = {"imposed": IMPOSED, "box": BOX, "spacing": 0.01, "out": tmp_path}
+    with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):
+        patched.setattr(cpr.studies.volume, "workspace_map", interrupted)
+        cpr.workspace_volume(robot, [0.26, 0.28, 0.5], **needs)
+    with pytest.raises(ValueError, match=r"`resume` .* 1 finished part would be lost"):
+        cpr.workspace_volume(robot, [0.26, 0.28, 0.5], **needs)
+    again = cpr.workspace_volume(robot, [0.26, 0.28, 0.5], resume=True, **needs)
+    xr.testing.assert_identical(again, volume)
 
 
 def test_each_slice_belongs_to_its_height(robot, volume):
