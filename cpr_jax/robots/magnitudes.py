@@ -14,6 +14,9 @@ _STOUT = 0.2
 _FAR = 20.0
 """Rod lengths from which something else is hardly meant."""
 
+_STRETCH = 1.01
+"""How much longer than by its lengths a leg may be: rods stretch."""
+
 _MANY_TURNS = 4.0 * math.pi
 
 _METRES = "a number without a unit is in metres"
@@ -65,6 +68,8 @@ def _of_home(robot: RobotSpecification, home: HomeSpecification, longest: float)
             f"Argument `home.position` is {away:g} m from the first motor, but rods are "
             f"{longest:g} m long: {_METRES}."
         )
+        return
+    yield from _out_of_reach(robot, home)
     for j, (q, turns) in enumerate(zip(home.motors, robot.turning, strict=True)):
         if turns and abs(q) > _MANY_TURNS:
             yield (
@@ -73,14 +78,29 @@ def _of_home(robot: RobotSpecification, home: HomeSpecification, longest: float)
             )
 
 
+def _out_of_reach(robot: RobotSpecification, home: HomeSpecification) -> Iterator[str]:
+    """A home that a leg would not reach if it were stretched out straight."""
+    for i, leg in enumerate(robot.legs):
+        if leg.motor.kind not in ("revolute", "none") or leg.base_joint is not None:
+            continue
+        away = math.dist(home.position, leg.base)
+        rigid = sum(math.hypot(*part) for part in (leg.a, leg.b, leg.attachment))
+        reach = rigid + sum(rod.length for rod in leg.segments)
+        if away > _STRETCH * reach:
+            yield (
+                f"Argument `home.position` is {away:g} m from the motor of `legs[{i}]`, which "
+                f"reaches {reach:g} m when it is straight."
+            )
+            return
+
+
 def _of_ranges(robot: RobotSpecification) -> Iterator[str]:
     """Half ranges that are larger than what they are a range of."""
     for i, leg in enumerate(robot.legs, 1):
         rod = leg.rod
         known = {f"l{i}": rod.length if not leg.further else None}
         known[f"a{i}"], known[f"b{i}"] = math.hypot(*leg.a), math.hypot(*leg.b)
-        if rod.bending_stiffness is not None and not leg.further:
-            known[f"k_b{i}"] = rod.bending_stiffness[-1]
+        known[f"k_b{i}"] = rod.stiffness if not leg.further else None
         if i == 1:
             known |= {name[:-1]: value for name, value in known.items()}
         for label, value in known.items():

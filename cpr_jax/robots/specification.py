@@ -70,6 +70,18 @@ class RodSpecification:
     moment: tuple[float, ...] | None
 
     @property
+    def stiffness(self) -> float | None:
+        """Bending stiffness about the last local axis, N·m²; `None` without a material."""
+        if self.bending_stiffness is not None:
+            return self.bending_stiffness[-1]
+        if self.curvature_compliance is not None:
+            compliance = self.curvature_compliance[-1]
+            return 1.0 / compliance if compliance else math.inf
+        if self.section is None or self.material is None or self.material.E is None:
+            return None
+        return self.material.E * self.section.second_moments[-1]
+
+    @property
     def mass_per_length(self) -> float | None:
         """kg/m, or `None` where the file does not say."""
         if self.section is None or self.material is None or self.material.density is None:

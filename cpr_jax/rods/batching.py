@@ -1,5 +1,6 @@
 """Many rods at once: one axis for all of them, in blocks that stay in the cache of a core."""
 
+import functools
 import math
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -13,6 +14,10 @@ _CACHED = 2048
 """Numbers of the states that are stepped at a time, with those of their tangents."""
 
 _SMALLEST, _LARGEST = 32, 128
+
+_FEW = 16
+"""Rods of a single case. They take milliseconds and their program many seconds to compile, so its
+size is what counts; of batches it is their time."""
 
 
 def block_size(numbers: int) -> int:
@@ -31,7 +36,7 @@ def over_rods(
 
     **Arguments:**
 
-    - `single`: takes arrays of the given `shapes`.
+    - `single`: takes arrays of the given `shapes`, and whether its program is to be `compact`.
     - `wrap`: what is to be done to it once it takes arrays with one more, last axis.
     - `size`: of a block of rods.
 
@@ -41,8 +46,9 @@ def over_rods(
     def call(*leaves):
         batches = [leaf.shape[len(shape) :] for leaf, shape in zip(leaves, shapes, strict=True)]
         over = jnp.broadcast_shapes(*batches)
+        one = functools.partial(single, compact=math.prod(over) <= _FEW)
         if over == ():
-            return wrap(single)(*leaves)
+            return wrap(one)(*leaves)
         varied = [math.prod(batch) > 1 for batch in batches]
         varied[0] |= not any(varied)
 
@@ -53,7 +59,7 @@ def over_rods(
 
         leaves = tuple(flat(*each) for each in zip(leaves, shapes, varied, strict=True))
         axes = tuple(-1 if varies else None for varies in varied)
-        along = wrap(jax.vmap(single, in_axes=axes, out_axes=-1))
+        along = wrap(jax.vmap(one, in_axes=axes, out_axes=-1))
 
         def block(*moving):
             supply = iter(moving)

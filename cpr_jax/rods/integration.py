@@ -95,7 +95,7 @@ def _integrate(geometry, steps, readout, rod, force, moment):
     return differentiable(single, geometry, treedef, shapes, many, nodes is None)(*leaves)
 
 
-def _solve(geometry, scheme, readout, rod, force, moment):
+def _solve(geometry, scheme, readout, compact, rod, force, moment):
     """One integration by diffrax, for a single rod, on components."""
     steps, order, least = scheme
     segments = None
@@ -136,7 +136,7 @@ def _solve(geometry, scheme, readout, rod, force, moment):
 
         # Steps of one size need no controller: stepped by hand, a rod is traced in a tenth of the
         # operations that `diffeqsolve` makes of it, and every batch and derivative repeats those.
-        term, solver = diffrax.ODETerm(vector_field), ExtrapolatedMidpoint(order, least)
+        term, solver = diffrax.ODETerm(vector_field), ExtrapolatedMidpoint(order, least, compact)
 
         def advance(y, t):
             y, *_ = solver.step(term, t, t + 1.0, y, None, None, made_jump=False)
@@ -190,9 +190,9 @@ def _traced_once(geometry, nodes, readout, treedef):
     The numbers of the scheme are the last leaf, unless its steps are given as `nodes`.
     """
 
-    @jax.jit
-    def solve(*leaves):
+    @functools.partial(jax.jit, static_argnames="compact")
+    def solve(*leaves, compact):
         *inputs, scheme = leaves if nodes is None else (*leaves, Scheme(nodes))
-        return _solve(geometry, scheme, readout, *treedef.unflatten(inputs))
+        return _solve(geometry, scheme, readout, compact, *treedef.unflatten(inputs))
 
     return solve

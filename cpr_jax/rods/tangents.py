@@ -29,7 +29,7 @@ def differentiable(
 
     **Arguments:**
 
-    - `single`: the integration of one rod, a function of leaves.
+    - `single`: the integration of one rod, a function of leaves, see `over_rods`.
     - `treedef`: of these leaves, but for the numbers of the scheme, if they come last.
     - `shapes`: of the leaves of one rod.
     - `many`: number of further axes behind these.
@@ -57,7 +57,7 @@ def differentiable(
             jax.ShapeDtypeStruct(shape, leaf.dtype)
             for leaf, shape in zip(leaves, shapes, strict=True)
         ]
-        out = jax.eval_shape(single, *alone)
+        out = jax.eval_shape(functools.partial(single, compact=True), *alone)
         over = leaves[0].shape[len(shapes[0]) :]
         out = jax.tree.map(lambda leaf: leaf.update(shape=(*leaf.shape, *over)), out)
         for count in counts:

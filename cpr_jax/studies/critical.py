@@ -37,8 +37,9 @@ _MOST = 20_000
 """Values beside the wanted points that are looked at, before a branch counts as lost."""
 
 _BEHIND, _STRAIGHT = 1e-8, 1e-6
-"""Where a change of stability is looked at once more, in shares of the range behind it, and how far
-the unknowns may move on the way: where a branch forks they move like a square root."""
+"""Half the distance, in shares of the range, at which is looked once more behind a value where the
+stability changes or where nothing can be solved; and how far the unknowns may move on the way:
+where a branch forks they move like a square root."""
 
 
 class CriticalValue(NamedTuple):
@@ -109,25 +110,37 @@ def critical_value(
     if found is None:
         raise InputError("Argument `equilibrium` must be an equilibrium of `robot`.")
     y, before = found
-    low, step, way = start, (stop - start) / points, [(start, y)]
-    least, looks = rtol * abs(stop - start), 0
-    while (stop - low) * np.sign(step) > least:
+    span = stop - start
+    least, aside = rtol * abs(span), np.sign(span) * 2.0 * max(rtol, _BEHIND) * abs(span)
+
+    def look_behind(value: float):
+        """Beyond a single value at which nothing is known, if the branch runs straight there."""
+        found = look(value + aside, y)
+        if found is None or np.max(np.abs(found[0] - y) / units) > _STRAIGHT:
+            return None
+        return found
+
+    low, step, way, looks = start, span / points, [(start, y)], 0
+    while (stop - low) * np.sign(span) > least:
         looks += 1
-        high = low + step if (stop - low - step) * np.sign(step) > 0.0 else stop
+        high = low + step if (stop - low - step) * np.sign(span) > 0.0 else stop
         found = look(high, y)
         if found is None:
             step *= 0.5
-            ended = abs(step) < least or looks > points + _MOST
-            if abs(step) < least and _folds_back(way, units, stop - start):
+            if abs(step) >= least and looks <= points + _MOST:
+                continue
+            if abs(step) < least and _folds_back(way, units, span):
                 return CriticalValue(low, before, -1, y)
-            if ended:
+            # Exactly at a critical value the equations may be singular.
+            found = look_behind(low) if looks <= points + _MOST else None
+            if found is None:
                 raise SolveError(
                     Status.NOT_CONVERGED,
                     f"The equilibrium of {robot.name} could not be followed beyond {parameter} = "
                     f"{low:.6g}, where its branch does not fold back: its rods may be pulled taut "
                     "there, or take more integration steps, see `steps`.",
                 )
-            continue
+            high, step = low + aside, span / points
         if found[1] == before:
             low, y = high, found[0]
             way.append((low, y))
@@ -142,16 +155,12 @@ def critical_value(
                 low, y = middle, found[0]
             else:
                 high = middle
-        behind = high + np.sign(step) * max(least, _BEHIND * abs(stop - start))
-        found = look(behind, y)
-        if found is not None and found[1] == before:
-            moved = np.max(np.abs(found[0] - y) / units)
-            if moved < _STRAIGHT:
-                # Where a rod alone is singular its index is not known, at that value only.
-                low, y = behind, found[0]
-                way.append((low, y))
-                continue
-        return CriticalValue(0.5 * (low + high), before, after, y)
+        behind = look_behind(high)
+        if behind is None or behind[1] != before:
+            return CriticalValue(0.5 * (low + high), before, after, y)
+        # Where a rod alone is singular its index is not known, at that value only.
+        low, y = high + aside, behind[0]
+        way.append((low, y))
     return CriticalValue(float("nan"), before, before, y)
 
 

@@ -37,6 +37,10 @@ def test_good_files_raise_no_suspicion_of_their_sizes(name):
             "`legs[0].rod.section` is up to 2 m across, but the rod is 0.25 m",
         ),
         (changed("home", "position", value=[0, 200]), "`home.position` is 200 m from the first"),
+        (
+            changed("home", "position", value=[0, 0.5]),
+            "`home.position` is 0.509902 m from the motor of `legs[0]`, which reaches 0.25 m",
+        ),
         (changed("home", "motors", value=[154, 25]), "`home.motors[0]` is 154 rad, more than two"),
         (
             changed("uncertainty", "k_b1", value=4.73),
@@ -51,6 +55,20 @@ def test_what_looks_like_a_missing_unit_is_said_once(document, text):
     found = [warning for warning in parse_specification(document).warnings if text in warning]
     assert len(found) == 1
     assert found[0].isprintable()
+
+
+def test_a_half_range_is_compared_with_the_stiffness_of_a_section():
+    """A circle of 1 mm and 200 GPa: E I = 0.157 N m²."""
+    rod = {
+        "length": 0.25,
+        "section": {"kind": "circle", "radius": 1e-3},
+        "material": {"E": 200e9},
+    }
+    document = changed("legs", 0, "rod", value=rod)
+    for half_range, count in ((0.15, 0), (0.16, 1)):
+        document["uncertainty"] = {"k_b1": half_range}
+        warnings = parse_specification(document).warnings
+        assert len([w for w in warnings if "more than the parameter itself, 0.157" in w]) == count
 
 
 def test_a_rod_that_is_too_long_is_all_that_is_said():

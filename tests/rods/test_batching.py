@@ -1,5 +1,7 @@
 """Many rods along one axis, in blocks."""
 
+import math
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -20,8 +22,10 @@ def test_rods_in_blocks_are_the_rods_themselves(over, size):
     generator = np.random.default_rng(0)
     vector, number = generator.normal(size=(2, *over)), generator.normal(size=over)
     common = generator.normal(size=(2, *(1,) * len(over)))
+    number_of_rods = math.prod(over)
 
-    def single(vector, number, common):
+    def single(vector, number, common, compact):
+        assert compact == (number_of_rods <= 16)
         return {"turned": jnp.stack([vector[1] * number, -vector[0]]) + common, "plain": number}
 
     rods = over_rods(single, lambda function: function, [(2,), (), (2,)], size)
