@@ -10,7 +10,7 @@ from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium, check_fits
-from ..statics.linear import inverse, row_axes
+from ..statics.linear import inverse, regular_inverse, row_axes
 from ..statics.masking import where_solved
 from ..statics.residual import residual
 from ..statics.unknowns import scales, unknown_scales, unravel
@@ -52,8 +52,12 @@ class Mobility(eqx.Module):
 
     @property
     def stiffness(self) -> Float[Array, "n_p n_p"]:
-        """Load per motion, the motors held: the inverse of `compliance`."""
-        return jnp.linalg.inv(self.compliance)
+        """Load per motion, the motors held: the inverse of `compliance`.
+
+        NaN where the platform is rigid in a direction, as a straight rod that does not stretch
+        holds it.
+        """
+        return regular_inverse(self.compliance)
 
 
 def mobility(robot: Robot, equilibrium: Equilibrium, steps: int = DEFAULT_STEPS) -> Mobility:

@@ -16,7 +16,7 @@ from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium, check_fits
-from ..statics.linear import inverse
+from ..statics.linear import inverse, regular_inverse
 from ..statics.masking import where_solved
 from ..statics.measures import motor_torques
 from ..statics.residual import residual
@@ -50,7 +50,8 @@ class Sensitivity(eqx.Module):
     - `y`, `rho`: nominal unknowns and parameters.
     - `platform_stiffness`: `∂(Σ n_i)/∂p_P` with the motors held, and for a body the moments per
         small rotation about the world axes too, shape `(n_p, n_p)`, N/m, N, N·m. Symmetric where
-        all loads have a potential; positive definite where the platform is stable.
+        all loads have a potential; positive definite where the platform is stable; NaN where a leg
+        is rigid in a direction, such as a straight rod that does not stretch.
     - `rows`, `columns`: labels of y and ρ; `column_units`: SI units of ρ.
     - `hold`: what was held.
     """
@@ -283,7 +284,7 @@ def slopes_at(robot: Robot, y: Float[Array, " n_y"], selection: Selection, steps
 
     # Motors held and joints closed, the legs' wrenches follow the platform.
     by_p, by_mu = by_y[:, n_a : n_a + n_p], by_y[:, n_a + n_p :]
-    wrench_by_p = -inverse(by_mu[n_p:]) @ by_p[n_p:]
+    wrench_by_p = -regular_inverse(by_mu[n_p:]) @ by_p[n_p:]
     stiffness = -(by_p[:n_p] + by_mu[:n_p] @ wrench_by_p)
     wrench_units = scales(robot).wrench(robot)[:n_p]
     stiffness = stiffness * wrench_units[:, None] / units[n_a : n_a + n_p]

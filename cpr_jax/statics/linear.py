@@ -16,6 +16,9 @@ from ..lanes import in_blocks, over_lanes
 BLOCK = 64
 """Lanes worked on at a time, so that their matrices stay in the cache of a core."""
 
+_REGULAR = 1e-4
+"""How far from the identity a matrix times its inverse may be."""
+
 
 def solve_with_sign(
     matrix: Float[Array, "n n"], right: Float[Array, " n"]
@@ -47,6 +50,13 @@ def inverse(matrix: Float[Array, "n n"]) -> Float[Array, "n n"]:
 def _inverse_jvp(primals, tangents):
     inverted = inverse(*primals)
     return inverted, -inverted @ tangents[0] @ inverted
+
+
+def regular_inverse(matrix: Float[Array, "n n"]) -> Float[Array, "n n"]:
+    """`inverse`; NaN where it is none, as A is singular but for rounding."""
+    inverted = inverse(matrix)
+    off = jnp.max(jnp.abs(matrix @ inverted - jnp.eye(matrix.shape[0])))
+    return jnp.where(off < _REGULAR, inverted, jnp.nan)
 
 
 def negative_eigenvalues(matrix: Float[Array, "n n"]) -> Int[Array, ""]:
