@@ -42,6 +42,7 @@ def plot_map(
     lines: bool = True,
     unstable: bool = True,
     colorbar: bool = True,
+    legend: bool | None = None,
     **mesh: Any,
 ) -> Axes:
     """A variable of a workspace map in colours, with the singular lines and unstable zones.
@@ -56,10 +57,12 @@ def plot_map(
     - `robot`: draws its motors, if the map is of the plane of a planar robot.
     - `lines`, `unstable`: draw `t1_line` and `t2_line`, which a volume has in the planes of its
         slices only; hatch cells that are not stable.
+    - `legend`: names what is drawn and hatched, by default in a figure that is made here.
     - `mesh`: for `matplotlib`'s `pcolormesh`, such as `norm` or `cmap`.
     """
+    alone = ax is None
     if ax is None:
-        ax = plt.subplots(layout="constrained")[1]
+        ax = plt.subplots(layout="compressed")[1]
     names, factors = _axes(dataset)
     x, z = (f * dataset[name].values for f, name in zip(factors, names, strict=True))
     over = dataset["status"].dims
@@ -87,11 +90,16 @@ def plot_map(
     mesh = {"cmap": "viridis", "rasterized": True, "shading": "nearest", **mesh}
     drawn = ax.pcolormesh(x, z, drawn_values.T, **mesh)
 
-    for zone in zones_of(dataset) if variable != "status" else ():
-        if unstable or zone.name != "unstable":
-            zone.draw(ax, (edges_of(x), edges_of(z)))
+    zones = [
+        zone
+        for zone in zones_of(dataset)
+        if variable != "status" and (unstable or zone.name != "unstable")
+    ]
+    for zone in zones:
+        zone.draw(ax, (edges_of(x), edges_of(z)))
     # A volume has the lines of its slices: cut across them it has none.
-    if lines and all(dataset[name].ndim == 3 for name in LINES):
+    lines = lines and all(dataset[name].ndim == 3 for name in LINES)
+    if lines:
         for name, (_, colour) in reversed(LINES.items()):
             for curve in dataset[name].values:
                 ax.plot(*(curve * factors).T, color=colour, lw=1.1, zorder=4)
@@ -100,7 +108,8 @@ def plot_map(
         motors = np.asarray(robot.legs.base_position)[:, places] * factors
         ax.plot(*motors.T, "o", ms=5, mfc="white", mec=BLACK, mew=1.2, zorder=6)
     # Lengths and angles have no common scale.
-    ax.set_aspect("equal" if factors[0] == factors[1] else "auto")
+    equal = factors[0] == factors[1]
+    ax.set_aspect("equal" if equal else "auto")
     ax.set_xlabel(_axis_label(dataset, names[0]))
     ax.set_ylabel(_axis_label(dataset, names[1]))
     if colorbar:
@@ -110,6 +119,9 @@ def plot_map(
         # Only a layout engine keeps it off the labels of the axis by itself.
         free = ax.figure.get_figure(root=True).get_layout_engine() is None
         look: Any = {"location": "bottom", "pad": 0.15 if free else 0.02}
+        if alone and equal and np.ptp(z) > np.ptp(x):
+            # A narrow map leaves room beside it.
+            look = {"location": "right"}
         if kinds is None:
             look["extend"] = "both"
         bar = ax.figure.colorbar(drawn, ax=ax, label=label, **look)
@@ -117,6 +129,15 @@ def plot_map(
             names_of = [_KINDS[variable](int(kind)) for kind in kinds]
             bar.set_ticks(0.5 * (edges[1:] + edges[:-1]), labels=names_of)
             bar.ax.tick_params(which="both", length=0, labelsize="small")
+    handles = legend_of(dataset if lines else None, zones)
+    if handles and (alone if legend is None else legend):
+        look = {"loc": "best", "framealpha": 0.9}
+        figure = ax.figure.get_figure(root=True)
+        if figure.get_layout_engine() is None:
+            ax.legend(handles=handles, **look)
+        else:
+            look = {"loc": "outside lower center", "ncols": 3, "frameon": False}
+            figure.legend(handles=handles, **look)
     return ax
 
 
@@ -196,7 +217,7 @@ def figure_of_map(dataset: xr.Dataset, robot: Robot) -> Figure:
         margins = [0.03 * (max(spans) if equal else span) for span in spans]
         ax.set_xlim(views[0][0] - margins[0], views[0][1] + margins[0])
         ax.set_ylim(views[1][0] - margins[1], views[1][1] + margins[1])
-    handles = legend_of(dataset)
+    handles = legend_of(dataset, zones_of(dataset))
     left, right = axes[0].get_xlim()
     low, high = axes[0].get_ylim()
     motors = [line for line in axes[0].lines if line.get_marker() == "o"]

@@ -1,5 +1,6 @@
 """Zones of a workspace map that are hatched, and the legend of what a map shows."""
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import matplotlib.pyplot as plt
@@ -54,14 +55,14 @@ def zones_of(dataset: xr.Dataset) -> list[Zone]:
     ]
 
 
-def legend_of(dataset: xr.Dataset) -> list[Any]:
-    """Handles for a legend of what a map shows: lines and zones, as far as it has them."""
+def legend_of(lines: xr.Dataset | None, zones: Sequence[Zone]) -> list[Any]:
+    """Handles for a legend of the lines of a map, if they are drawn, and of zones that it has."""
     handles: list[Any] = [
         plt.Line2D([], [], color=colour, lw=1.4, label=name)
         for line, (name, colour) in LINES.items()
-        if np.any(np.isfinite(dataset[line].values))
+        if lines is not None and np.any(np.isfinite(lines[line].values))
     ]
-    return handles + [zone.patch() for zone in zones_of(dataset) if np.any(zone.cells)]
+    return handles + [zone.patch() for zone in zones if np.any(zone.cells)]
 
 
 def edges_of(centers: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n+1"]:

@@ -62,6 +62,32 @@ def test_the_legend_names_what_there_is(dataset):
     assert named(made_up_map(("x", "y"))) == ["Type 1"]
 
 
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        ({}, ["Type 1", "beyond a fold", "without an answer", "unstable", "beyond a limit"]),
+        ({"unstable": False, "lines": False}, ["beyond a fold", "without an answer", "beyond"]),
+        ({"variable": "status"}, ["Type 1"]),
+        ({"legend": False}, []),
+    ],
+)
+def test_a_map_of_its_own_says_what_it_shows(dataset, options, expected):
+    figure = plot_map(dataset, **options).figure
+    texts = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    assert len(texts) == len(expected)
+    assert all(text.startswith(start) for text, start in zip(texts, expected, strict=True))
+    plt.close(figure)
+
+
+def test_a_map_among_others_leaves_that_to_their_figure(dataset):
+    figure, axes = plt.subplots(1, 2)
+    plot_map(dataset, ax=axes[0])
+    plot_map(dataset, ax=axes[1], legend=True)
+    assert axes[0].get_legend() is None and not figure.legends
+    assert next(text.get_text() for text in axes[1].get_legend().get_texts()) == "Type 1"
+    plt.close(figure)
+
+
 def test_the_figure_shows_whole_cells_and_the_curves_beside_them(dataset):
     dataset["t1_line"].values[0] = [[0.1, 0.2], [0.155, 0.272]]
     figure = figure_of_map(dataset, cpr.three_rfs())
