@@ -56,11 +56,13 @@ def sliding():
 
 
 def test_what_only_rounding_prevents_is_no_fold():
-    """Corrections in taut rods stay where they are and do not converge; finer steps still do."""
+    """Corrections in taut rods stay where they are and do not converge, but with other steps."""
     box = ((0.0, -0.12), (0.21, 0.03))
-    coarse, fine = (workspace_map(sliding(), spacing=0.01, box=box, steps=n) for n in (10, 40))
-    there, again = coarse["status"].values, fine["status"].values
-    assert np.count_nonzero((there == Status.BEYOND_FOLD) & (again == Status.SOLVED)) == 0
-    open_ = there == Status.NOT_CONVERGED
-    assert np.count_nonzero(open_ & (again == Status.SOLVED)) > 0
+    there, *others = (
+        workspace_map(sliding(), spacing=0.01, box=box, steps=n)["status"].values
+        for n in (10, 12, 14, 20, 40)
+    )
+    elsewhere = np.any(np.stack(others) == Status.SOLVED, axis=0)
+    assert np.count_nonzero((there == Status.BEYOND_FOLD) & elsewhere) == 0
+    assert np.count_nonzero((there == Status.NOT_CONVERGED) & elsewhere) > 0
     assert np.count_nonzero(there == Status.SOLVED) > 50
