@@ -67,6 +67,9 @@ def workspace_volume(
         raise InputError(
             f"Argument `imposed` must contain the third axis, {axes[2]}, but it does not."
         )
+    folder = None if out is None else pathlib.Path(out)
+    if folder is not None and not options.get("resume"):
+        refuse_unfinished(folder, sorted(folder.glob("slice-*/map.nc")))
     if seed is None:
         if robot.home is None:
             raise InputError(
@@ -77,9 +80,6 @@ def workspace_volume(
     check_fits("seed", seed, robot)
     check_solved("seed", seed)
 
-    folder = None if out is None else pathlib.Path(out)
-    if folder is not None and not options.get("resume"):
-        refuse_unfinished(folder, sorted(folder.glob("slice-*/map.nc")))
     slices: dict[int, xr.Dataset] = {}
     # From the seed outward, each from its neighbour.
     begin = np.concatenate([seed.q_a, seed.q_p])
