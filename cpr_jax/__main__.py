@@ -1,5 +1,5 @@
 """`python -m cpr_jax`."""
 
-from .cli import main
+from .cli import command
 
-raise SystemExit(main())
+command()

@@ -85,6 +85,6 @@ def test_commands_use_what_is_installed():
     """The two commands name an extra and an entry point that pyproject.toml defines."""
     project = (ROOT / "pyproject.toml").read_text()
     assert "cpr-jax paper" in block("paper")
-    assert 'cpr-jax = "cpr_jax.cli:main"' in project
+    assert 'cpr-jax = "cpr_jax.cli:command"' in project
     assert "'.[test]'" in block("test")
     assert re.search(r"^test = \[", project, re.MULTILINE)

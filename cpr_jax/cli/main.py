@@ -1,10 +1,13 @@
 """Entry point: arguments are checked, and refused, before JAX is imported."""
 
+import contextlib
+import os
 import pathlib
 import re
 import sys
 import warnings
 from collections.abc import Sequence
+from typing import NoReturn
 
 from ..collection import uncollected
 from ..errors import InputError
@@ -44,6 +47,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         kept = hasattr(arguments, "resume") and _has_parts(arguments.out)
         _complain("interrupted; --resume goes on with it" if kept else "interrupted")
         return 130
+
+
+def command() -> NoReturn:
+    """The command `cpr-jax`: `main` in a process of its own, which it ends."""
+    code = main()
+    with contextlib.suppress(BrokenPipeError):
+        sys.stdout.flush()
+        sys.stderr.flush()
+    # All files are closed by now; what an interpreter tidies up at its end takes it half a second.
+    os._exit(code)
 
 
 def _has_parts(out: str | None) -> bool:

@@ -1,5 +1,6 @@
 """The figures of the paper."""
 
+import io
 import pathlib
 
 import matplotlib.pyplot as plt
@@ -10,6 +11,7 @@ from matplotlib.figure import Figure
 
 from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium
+from ..statics.shape import compile_shape
 from ..studies.monte_carlo import MonteCarlo
 from ..studies.paper import POINTS
 from .clouds import plot_clouds
@@ -19,6 +21,17 @@ from .workspace import figure_3
 
 MAP_POINTS = np.array([*POINTS.values(), (0.0, 0.1), (0.15, 0.15), (0.18, 0.0)])
 """Where Figure 3 shows ellipses: the points of Figure 2 and some between them, m."""
+
+
+def prepare(robot: Robot) -> None:
+    """Gets fonts, file formats and the program of shapes ready while there is nothing to draw."""
+    compile_shape(robot)
+    with journal_style():
+        figure, ax = plt.subplots()
+        ax.set_xlabel("$x_1$")
+        for ending in ("pdf", "png"):
+            figure.savefig(io.BytesIO(), format=ending)
+        plt.close(figure)
 
 
 def save_figure_1(folder: pathlib.Path, robot: Robot, equilibrium: Equilibrium) -> None:

@@ -24,6 +24,9 @@ class _Folder(Observer):
     def _draw(self, number: int, *what: object) -> None:
         self._aside.call(f"{FIGURES}:save_figure_{number}", self._folder, *what)
 
+    def robot(self, robot) -> None:
+        self._aside.call(f"{FIGURES}:prepare", robot)
+
     def equilibria(self, robot, found) -> None:
         self._draw(1, robot, found["A"])
 

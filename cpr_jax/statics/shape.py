@@ -5,6 +5,7 @@ from typing import NamedTuple
 import jax
 from jaxtyping import Array, Float
 
+from ..background import not_a_number
 from ..errors import check_integer
 from ..programs import program
 from ..robots.robot import Robot
@@ -44,8 +45,16 @@ def shape(robot: Robot, equilibrium: Equilibrium, points: int = 51) -> Shape:
     """
     check_fits("equilibrium", equilibrium, robot)
     check_integer("points", points, least=2)
-    robot = where_solved(robot, equilibrium).unnamed
-    return _shape(robot, equilibrium.y, points, -(-DEFAULT_STEPS // (points - 1)))
+    return _at(where_solved(robot, equilibrium), equilibrium.y, points)
+
+
+def compile_shape(robot: Robot, points: int = 51) -> None:
+    """Has the program of `shape` there before there is an equilibrium."""
+    _at(robot, not_a_number(robot.n_y), points)
+
+
+def _at(robot: Robot, y: Float[Array, " n_y"], points: int) -> Shape:
+    return _shape(robot.unnamed, y, points, -(-DEFAULT_STEPS // (points - 1)))
 
 
 @program

@@ -59,6 +59,9 @@ class CaseStudy(NamedTuple):
 class Observer:
     """Is told of the parts of a case study, each as soon as it is there."""
 
+    def robot(self, robot: Robot) -> None:
+        """The first of them."""
+
     def equilibria(self, robot: Robot, found: dict[str, Equilibrium]) -> None:
         """At all points."""
 
@@ -79,6 +82,7 @@ def case_study(
 ) -> CaseStudy:
     """Runs the case study of Section 3 with `samples` samples at each point."""
     robot, observer = rfrfr(), observer or Observer()
+    observer.robot(robot)
 
     def mapped() -> xr.Dataset:
         workspace = workspace_map(robot, spacing=MAP_SPACING)

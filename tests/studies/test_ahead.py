@@ -10,6 +10,7 @@ from cpr_jax import programs
 from cpr_jax.analysis.parameters import ranges, select
 from cpr_jax.robots.catalogue import rfrfr
 from cpr_jax.statics.problem import imposed_rows
+from cpr_jax.statics.shape import compile_shape, shape
 from cpr_jax.studies import ahead
 from cpr_jax.studies.ahead import compile_map, compile_study
 from cpr_jax.studies.draws import Distribution
@@ -68,6 +69,14 @@ def test_a_map(paper):
     with compile_map(follower, selection, half_ranges, places, 10, _CHUNK // 8, True) as compiling:
         compiling.wait("look")
     assert names(known() - called) == set()
+
+
+def test_a_shape(paper):
+    drawn = shape(paper, cpr.solve_inverse(paper, (0.0, 0.2)))
+    assert drawn.rods.position.shape == (2, 51, 2)
+    called = known()
+    compile_shape(paper)
+    assert "_shape" in names(called) and names(known() - called) == set()
 
 
 def test_what_fails_ahead_is_left_for_the_call(paper, monkeypatch):
