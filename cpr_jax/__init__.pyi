@@ -5,12 +5,12 @@ from .analysis.leg_sensitivity import LegSensitivity as LegSensitivity
 from .analysis.leg_sensitivity import leg_sensitivity as leg_sensitivity
 from .analysis.mobility import Mobility as Mobility
 from .analysis.mobility import mobility as mobility
-from .analysis.sensitivity import Hold as Hold
 from .analysis.sensitivity import Sensitivity as Sensitivity
 from .analysis.sensitivity import sensitivity as sensitivity
 from .analysis.singularity import SingularCurve as SingularCurve
 from .analysis.singularity import SingularityType as SingularityType
 from .analysis.singularity import trace_curves as trace_curves
+from .analysis.slopes import Hold as Hold
 from .analysis.stability import Stability as Stability
 from .analysis.stability import stability as stability
 from .errors import InputError as InputError
@@ -80,8 +80,8 @@ from .studies.design import position_spread as position_spread
 from .studies.equilibria import AllEquilibria as AllEquilibria
 from .studies.equilibria import find_equilibria as find_equilibria
 from .studies.limits import Limits as Limits
-from .studies.monte_carlo import MonteCarlo as MonteCarlo
 from .studies.monte_carlo import monte_carlo as monte_carlo
+from .studies.outcome import MonteCarlo as MonteCarlo
 from .studies.planning import Way as Way
 from .studies.planning import plan_path as plan_path
 from .studies.results import save_dataset as save_dataset

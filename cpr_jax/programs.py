@@ -11,9 +11,6 @@ here takes a fraction of what a call of `equinox.filter_jit` takes.
 
 import contextlib
 import functools
-import hashlib
-import importlib.metadata
-import io
 import os
 import pathlib
 import pickle
@@ -24,19 +21,16 @@ from typing import Any, NamedTuple, TypeVar
 import equinox as eqx
 import jax
 from jax import export
-from jax.extend.core import get_opaque_trace_state
 
 from .atomic import write_atomically
 from .collection import uncollected
 from .compiler import HOT, QUICK, known_options
+from .outline import Slot, outlined, type_of
+from .program_name import name_of
 from .room import make_room, watch
+from .surroundings import devices_of, is_watched, is_within
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
-
-_UNDER = ("jax", "jaxlib", "equinox", "diffrax", "optimistix", "lineax", "numpy", "scipy")
-"""Distributions that a traced program depends on."""
-
-_WATCHED_BY = ("jax_disable_jit", "jax_debug_nans", "jax_debug_infs")
 
 _tracing = threading.RLock()
 """Held by the thread that traces a program. Python runs one at a time in any case; in turn, each is
@@ -44,9 +38,6 @@ there for XLA to compile beside the next, which is not so if all end together.""
 
 _folder: pathlib.Path | None = None
 _all: "list[_Program]" = []
-
-_outside: Any = None
-"""JAX's state outside of all programs, once it is known: to compare it is quick."""
 
 
 def use_cache(folder: str | os.PathLike | None = None) -> pathlib.Path:
@@ -73,7 +64,7 @@ def use_cache(folder: str | os.PathLike | None = None) -> pathlib.Path:
 
 
 class _Loaded(NamedTuple):
-    """A compiled program, and what it returns: arrays in the places of `_Slot`s."""
+    """A compiled program, and what it returns: arrays in the places of `Slot`s."""
 
     call: Callable[..., Any]
     leaves: list[Any]
@@ -82,18 +73,12 @@ class _Loaded(NamedTuple):
     @classmethod
     def of(cls, compiled: Callable[..., Any], outline: Any) -> "_Loaded":
         """Compiled here: a jitted call would compile once more for arrays from another."""
-        return cls(compiled, *jax.tree.flatten(outline, is_leaf=lambda x: isinstance(x, _Slot)))
+        return cls(compiled, *jax.tree.flatten(outline, is_leaf=lambda x: isinstance(x, Slot)))
 
     def __call__(self, arrays):
         found = self.call(*arrays)
-        filled = [found[x.number] if isinstance(x, _Slot) else x for x in self.leaves]
+        filled = [found[x.number] if isinstance(x, Slot) else x for x in self.leaves]
         return jax.tree.unflatten(self.structure, filled)
-
-
-class _Slot(NamedTuple):
-    """Stands for the array of this number in a tree whose other leaves are Python values."""
-
-    number: int
 
 
 def forget_all() -> None:
@@ -123,14 +108,14 @@ class _Program:
         for leaf in leaves:
             if eqx.is_array(leaf):
                 arrays.append(leaf)
-                rest.append(_type_of(leaf))
+                rest.append(type_of(leaf))
             else:
                 rest.append((type(leaf), leaf))
-        if _is_within(arrays):
+        if is_within(arrays):
             return self._inner(*args, **kwargs)
         make_room(forget_all)
-        devices = _devices(arrays)
-        if devices is None or _is_watched():
+        devices = devices_of(arrays)
+        if devices is None or is_watched():
             return self._alone(*args, **kwargs)
         place = getattr(jax.config, "jax_default_device", None)
         key = (structure, *rest, devices, place, bool(jax.config.read("jax_enable_x64")), _folder)
@@ -181,7 +166,7 @@ class _Program:
         if _folder is None:
             flat, given, outlines = self._flat(args, kwargs)
             return jax.jit(flat).lower(*given), outlines[-1]
-        name = self._name(args, kwargs)
+        name = name_of(self._function, args, kwargs)
         if name is None:
             return None
         file = _folder / "programs" / name
@@ -197,7 +182,7 @@ class _Program:
             with contextlib.suppress(OSError):
                 write_atomically(file, lambda part: part.write_bytes(content))
         call = jax.jit(export.deserialize(bytearray(exported)).call)
-        arrays, _ = _outlined((args, kwargs))
+        arrays, _ = outlined((args, kwargs))
         return call.lower(*arrays), outline
 
     def _flat(self, args, kwargs) -> tuple[Callable[..., list[jax.Array]], list[Any], list[Any]]:
@@ -211,7 +196,7 @@ class _Program:
         def flat(*leaves):
             moving = jax.tree.unflatten(jax.tree.structure(dynamic), leaves)
             args, kwargs = eqx.combine(moving, static)
-            arrays, outline = _outlined(self._function(*args, **kwargs))
+            arrays, outline = outlined(self._function(*args, **kwargs))
             outlines.append(outline)
             return arrays
 
@@ -227,24 +212,6 @@ class _Program:
             return bytes(exported.serialize()), outlines[-1]
         except (pickle.PicklingError, AttributeError, TypeError, NotImplementedError):
             return None
-
-    def _name(self, args, kwargs) -> str | None:
-        """Of a program's file: a digest of all that it is made from."""
-        arrays, outline = _outlined((args, kwargs))
-        stream = io.BytesIO()
-        try:
-            pickle.dump(outline, stream)
-        except (pickle.PicklingError, AttributeError, TypeError):
-            return None
-        parts = [
-            f"{self._function.__module__}.{self._function.__qualname__}",
-            _foundation(),
-            jax.default_backend(),
-            str(jax.config.read("jax_enable_x64")),
-            *(str(_type_of(leaf)) for leaf in arrays),
-        ]
-        digest = hashlib.sha256("\n".join(parts).encode() + b"\n" + stream.getvalue())
-        return f"{self._function.__name__}-{digest.hexdigest()[:32]}"
 
 
 def program(function: _Function) -> _Function:
@@ -266,64 +233,3 @@ def quick_jit(function: Callable[..., Any]) -> Callable[..., Any]:
     """As `jax.jit`, compiled as a `program` is: for functions of users, which have no name to be
     kept under."""
     return jax.jit(function, compiler_options=known_options(tuple(QUICK.items())))
-
-
-def _is_within(arrays) -> bool:
-    """Whether a call is part of another program, whose options hold for it then."""
-    global _outside
-    if any(isinstance(array, jax.core.Tracer) for array in arrays):
-        return True
-    state = get_opaque_trace_state()
-    if state == _outside:
-        return False
-    # Within `jax.jit` even arithmetic on constants is traced.
-    if isinstance(jax.lax.neg(0.0), jax.core.Tracer):
-        return True
-    _outside = state
-    return False
-
-
-def _devices(arrays) -> tuple | None:
-    """Where arrays lie, and which are bound to it; `None` if they lie on several devices."""
-    if _is_single():
-        # To ask each array takes as long as all the rest of a call.
-        return ()
-    found = [array for array in arrays if isinstance(array, jax.Array)]
-    devices = frozenset().union(*(array.sharding.device_set for array in found))
-    if len(devices) > 1:
-        return None
-    return devices, tuple(array.committed for array in found)
-
-
-def _is_watched() -> bool:
-    """Whether JAX is to look at each call itself, for debugging."""
-    return any(getattr(jax.config, name) for name in _WATCHED_BY)
-
-
-@functools.cache
-def _is_single() -> bool:
-    """Whether there is but one device; beside a GPU there always is the CPU."""
-    return jax.device_count() == 1 and jax.default_backend() == "cpu"
-
-
-def _type_of(leaf) -> tuple:
-    return leaf.shape, leaf.dtype, bool(getattr(leaf, "weak_type", False))
-
-
-def _outlined(tree) -> tuple[list[jax.Array], Any]:
-    arrays = [leaf for leaf in jax.tree.leaves(tree) if eqx.is_array(leaf)]
-    numbers = iter(range(len(arrays)))
-    outline = jax.tree.map(lambda x: _Slot(next(numbers)) if eqx.is_array(x) else x, tree)
-    return arrays, outline
-
-
-@functools.cache
-def _foundation() -> str:
-    """Digest of the package's source and of the versions that it stands on."""
-    digest = hashlib.sha256()
-    root = pathlib.Path(__file__).parent
-    for file in sorted(root.rglob("*.py")):
-        digest.update(str(file.relative_to(root)).encode() + file.read_bytes())
-    for name in _UNDER:
-        digest.update(f"{name} {importlib.metadata.version(name)}\n".encode())
-    return digest.hexdigest()

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from cpr_jax import programs
+from cpr_jax import program_name, programs
 from cpr_jax.programs import program
 
 
@@ -117,7 +117,7 @@ def test_every_difference_that_matters_makes_another_program(folder):
 def test_other_source_makes_another_program(monkeypatch, folder):
     traces: list = []
     counted(traces)(TREE)
-    monkeypatch.setattr(programs, "_foundation", lambda: "another version")
+    monkeypatch.setattr(program_name, "_foundation", lambda: "another version")
     counted(traces)(TREE)
     assert len(traces) == 2
 
@@ -198,7 +198,7 @@ SOLVE = """
 import sys
 import jax
 import cpr_jax as cpr
-from cpr_jax import programs
+from cpr_jax import program_name, programs
 
 jax.config.update("jax_enable_x64", True)
 cpr.use_cache(sys.argv[1])

@@ -16,7 +16,8 @@ from ..statics.equilibrium import Equilibrium, check_fits
 from ..statics.masking import where_solved
 from ..statics.residual import leg_base, to_world
 from ..statics.unknowns import unravel
-from .parameters import Selection, segment_count, select
+from .naming import segment_count
+from .parameters import Selection, select
 
 
 class LegSensitivity(eqx.Module):

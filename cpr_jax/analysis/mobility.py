@@ -15,7 +15,7 @@ from ..statics.masking import where_solved
 from ..statics.residual import residual
 from ..statics.unknowns import scales, unknown_scales, unravel
 from ..summary import in_notebook, summary
-from .sensitivity import turn_jacobian
+from .slopes import turn_jacobian
 
 
 class Mobility(eqx.Module):

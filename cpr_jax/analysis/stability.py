@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from ..errors import check_integer
-from ..geometry import AbstractGeometry, Components
+from ..geometry import AbstractGeometry
 from ..programs import program
 from ..robots.leg import Leg
 from ..robots.robot import Robot
@@ -16,10 +16,11 @@ from ..rods.equations import RodState
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium, check_fits
 from ..statics.linear import inverse_with_sign, negative_eigenvalues
-from ..statics.residual import base_wrench, leg_base, load_arms
+from ..statics.residual import load_arms
 from ..statics.unknowns import scales, unravel
 from ..summary import in_notebook, summary
-from .pieces import Pieces, rods_in_pieces, tip_of, units_of_variations, variation
+from .joint_energy import axes_of, bent, carried_work, released_base
+from .pieces import Pieces, rods_in_pieces, tip_of, units_of_variations
 
 _SOFTENING = 1e-11
 """Flexibility added in units of `scales(robot)`: a straight rod has none along its axis."""
@@ -130,7 +131,7 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], pieces: Pieces) -> Sta
             flexibility = _flexibility(*jnp.split(by_base[:, geometry.r :], 2))
             K = inverse_with_sign(flexibility + _SOFTENING * eye)[0]
         else:
-            begin, slides, added = _released_base(geometry, leg, q, mu, both, carried)
+            begin, slides, added = released_base(geometry, leg, q, mu, both, carried)
             index = index + added
             poses, wrenches = jnp.split(tip_of(geometry, by_base, begin), 2)
             K = wrenches @ inverse_with_sign(poses + _SOFTENING * wrenches)[0]
@@ -151,16 +152,16 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], pieces: Pieces) -> Sta
         follows = eye.at[:d, d:].set(geometry.spin(arm))[:, :n_p]
         frame = geometry.compose(orientation, geometry.exp(leg.attachment_rotation))
         released = leg.joint.free[d:]
-        Q = _axes(geometry, released, frame, tip.rotation)
+        Q = axes_of(geometry, released, frame, tip.rotation)
         moment = tip.moment - geometry.moment_of(b, tip.force)
         # In the joint's axes and free of units; what is locked gets a stiffness of one.
         K_joint = (Q.T @ K @ Q) / wrench[:, None] * pose
         moves = Q.T @ follows / pose[:, None] * pose[:n_p]
         free = leg.joint.free
-        bent = _bent(geometry, released, Q, moment) / (units.force * units.length)
-        K_inner = K_joint.at[d:, d:].add(bent)
+        turning = bent(geometry, released, Q, moment) / (units.force * units.length)
+        K_inner = K_joint.at[d:, d:].add(turning)
         inner = free[:, None] * K_inner * free + jnp.diag(1.0 - free)
-        work = _carried(geometry, Q, tip.force, moment)[:, :n_p] / wrench[:, None]
+        work = carried_work(geometry, Q, tip.force, moment)[:, :n_p] / wrench[:, None]
         cross = free[:, None] * (K_joint @ moves + work)
         seen = moves.T @ K_joint @ moves - cross.T @ inverse_with_sign(inner)[0] @ cross
         seen = seen - levers(arm, tip.force)
@@ -176,54 +177,6 @@ def count_unstable(robot: Robot, y: Float[Array, " n_y"], pieces: Pieces) -> Sta
     known = jnp.all(jnp.isfinite(stiffness))
     si = stiffness * wrench[:n_p, None] / pose[:n_p]
     return Stability(jnp.where(known, index, -1), jnp.where(known, legs, -1), si)
-
-
-def _released_base(geometry: AbstractGeometry, leg: Leg, q, mu, units, carried):
-    """What a passive joint adds to a rod whose base was held.
-
-    **Arguments:**
-
-    - `carried`: stiffness of the rod, its tip under dead loads, against turns of its base.
-
-    **Returns:** tangents `∂(p, φ, n, m)(0)` in the joint's unknowns; wrenches that would resist its
-    free motions with a stiffness of one; the number of negative directions among these motions.
-    """
-    d, f = geometry.d, geometry.freedoms
-    joint = leg.base_joint
-    assert joint is not None
-    here = leg_base(geometry, leg, q, mu)
-    free, released = joint.free, joint.free[d:]
-
-    def move(mu):
-        return variation(geometry, leg_base(geometry, leg, q, mu), here)
-
-    force, moment = jnp.split(base_wrench(geometry, here), [d])
-    steps = jnp.where(free > 0.5, units[:f], units[f:])
-    tangents = jax.jacfwd(move)(mu) / units[:, None] * steps
-    carrier = geometry.compose(geometry.exp(leg.base_rotation), geometry.exp(leg.screw[d:] * q))
-    outer = geometry.compose(carrier, geometry.exp(joint.rotation))
-    Q = _axes(geometry, released, outer, here.rotation)
-    slides = jnp.zeros_like(tangents).at[f:].set(Q * free)
-
-    arm = here.position - here.joint
-    moment = moment + geometry.moment_of(arm, force)
-    scale = units[f] * units[0]
-    K = carried + geometry.lever(arm, force) / scale
-    axes = Q[d:, d:]
-    K = axes.T @ K @ axes - _bent(geometry, released, Q, moment) / scale
-    inner = released[:, None] * K * released + jnp.diag(1.0 - released)
-    return tangents, slides, negative_eigenvalues(inner)
-
-
-def _bent(geometry: AbstractGeometry, released, axes, moment) -> Float[Array, "r r"]:
-    """Second derivative of a universal joint's energy, since its later axis turns with the other.
-
-    Turns α about `a`, then β about `b`, make `α a + β b + ½ α β a × b` of a rotation vector.
-    """
-    d = geometry.d
-    turned = jax.vmap(lambda axis: geometry.bracket(axis, moment))(axes[d:, d:].T)
-    product = -0.5 * (turned @ axes[d:, d:]) * released[:, None] * geometry.later(released)
-    return product + product.T
 
 
 def _flexibility(poses, wrenches):
@@ -254,21 +207,3 @@ def _free_end_index(geometry: AbstractGeometry, pieces):
 
     carried, counts = jax.lax.scan(backward, jnp.zeros((r, r)), pieces, reverse=True)
     return jnp.sum(counts), carried
-
-
-def _carried(geometry: AbstractGeometry, axes, force, moment) -> Float[Array, "freedoms freedoms"]:
-    """Work of a wrench on the motions of a joint along its axes, per motion that carries them."""
-    d = geometry.d
-    slides = jax.vmap(lambda axis: geometry.moment_of(axis, force))(axes[:d, :d].T)
-    turns = jax.vmap(lambda axis: 0.5 * geometry.bracket(axis, moment))(axes[d:, d:].T)
-    return jnp.zeros_like(axes).at[:, d:].set(jnp.concatenate([slides, turns]))
-
-
-def _axes(
-    geometry: AbstractGeometry, released, outer: Components, leg: Components
-) -> Float[Array, "freedoms freedoms"]:
-    """Columns: the axes of a joint's outer frame for positions, then its own for rotations."""
-    d, r = geometry.d, geometry.r
-    arms = geometry.matrix(outer)
-    turns = geometry.joint_axes(released, geometry.frame(outer), geometry.frame(leg))
-    return jnp.zeros((d + r, d + r)).at[:d, :d].set(arms).at[d:, d:].set(turns)

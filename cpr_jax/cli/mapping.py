@@ -8,8 +8,8 @@ import matplotlib
 import numpy as np
 import xarray as xr
 
+from ..plotting.map_figure import figure_of_map
 from ..plotting.style import journal_style, save_figure
-from ..plotting.workspace import figure_of_map
 from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium
 from ..statics.solve import solve_forward, solve_inverse

@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 
 from ..errors import InputError
 from ..statics.status import Status
-from ..studies.monte_carlo import MonteCarlo
+from ..studies.outcome import MonteCarlo
 from .style import BLACK, BLUE, ORANGE, VERMILION, unit_name
 
 

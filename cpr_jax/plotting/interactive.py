@@ -13,7 +13,7 @@ from ..errors import InputError
 from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium
 from ..statics.status import Status
-from ..studies.monte_carlo import MonteCarlo
+from ..studies.outcome import MonteCarlo
 from .solids import (
     SIDES,
     ellipsoid_surface,

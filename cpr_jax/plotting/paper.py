@@ -12,12 +12,12 @@ from matplotlib.figure import Figure
 from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium
 from ..statics.shape import compile_shape
-from ..studies.monte_carlo import MonteCarlo
-from ..studies.paper import POINTS
+from ..studies.outcome import MonteCarlo
+from ..studies.paper_samples import POINTS
 from .clouds import plot_clouds
+from .map_figure import figure_3
 from .robot import plot_robot
 from .style import BLACK, BLUE, COLUMN, GREY, ORANGE, PAGE, VERMILION, journal_style, save_figure
-from .workspace import figure_3
 
 MAP_POINTS = np.array([*POINTS.values(), (0.0, 0.1), (0.15, 0.15), (0.18, 0.0)])
 """Where Figure 3 shows ellipses: the points of Figure 2 and some between them, m."""

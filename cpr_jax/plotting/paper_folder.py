@@ -6,7 +6,8 @@ import pathlib
 from ..aside import Aside
 from ..atomic import write_atomically
 from ..plain import plain
-from ..studies.paper import POINTS, Observer, case_study
+from ..studies.paper import Observer, case_study
+from ..studies.paper_samples import POINTS
 from ..studies.report import markdown_report
 from ..studies.results import samples_dataset, save_dataset
 from ..studies.versions import versions

@@ -1,4 +1,4 @@
-"""Workspace maps: Figure 3 of the paper, and maps of any variable."""
+"""Workspace maps: any variable in colours, and ellipses."""
 
 import re
 from typing import Any
@@ -9,13 +9,12 @@ import xarray as xr
 from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, LogNorm, Normalize
-from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 
 from ..errors import InputError, shown
 from ..robots.robot import Robot
 from ..statics.status import Status
-from .style import BLACK, ORANGE, PAGE
+from .style import BLACK, ORANGE
 from .zones import LINES, edges_of, legend_of, zones_of
 
 _LOGARITHMIC = ("semi_axis_max", "semi_axis_min", "ellipse_area", "sigma_t1", "sigma_t2")
@@ -63,7 +62,7 @@ def plot_map(
     alone = ax is None
     if ax is None:
         ax = plt.subplots(layout="compressed")[1]
-    names, factors = _axes(dataset)
+    names, factors = drawn_axes(dataset)
     x, z = (f * dataset[name].values for f, name in zip(factors, names, strict=True))
     over = dataset["status"].dims
     if variable not in dataset or dataset[variable].dims != over:
@@ -152,7 +151,7 @@ def plot_ellipses(dataset: xr.Dataset, points: np.ndarray, ax: Axes, scale: floa
     - `points`: in the coordinates of the map, m or rad, shape `(k, 2)`.
     - `scale`: magnification of the ellipses about their centres.
     """
-    names, factors = _axes(dataset)
+    names, factors = drawn_axes(dataset)
     labels = [str(label).removeprefix("p_P_") for label in dataset["coordinate"].values]
     rows = [labels.index(name) for name in names]
     for point in points:
@@ -175,70 +174,7 @@ def ellipse_of(
     return Ellipse((center[0], center[1]), width, height, angle=angle, **look)
 
 
-def figure_3(dataset: xr.Dataset, robot: Robot, points: np.ndarray) -> Figure:
-    """Figure 3: sensitivity and distance to a Type 2 singularity over half the workspace."""
-    figure = figure_of_map(dataset, robot)
-    plot_ellipses(dataset, points, figure.axes[0])
-    figure.axes[0].set_title("(a) sensitivity, with ellipses to scale")
-    return figure
-
-
-def figure_of_map(dataset: xr.Dataset, robot: Robot) -> Figure:
-    """Two panels: the larger semi-axis, and σ_min of A_p with the unstable zones.
-
-    Where nothing is uncertain the first one shows how alike the motors move the platform in all
-    directions.
-    """
-    solved = dataset["index"].values >= 0
-    rows, columns = np.nonzero(solved)
-    curves = np.concatenate([dataset[name].values for name in LINES])
-    names, factors = _axes(dataset)
-    first, second = (f * dataset[name].values for f, name in zip(factors, names, strict=True))
-    views = [
-        _view(centers, places, np.ravel(curves[..., k]) * factor)
-        for k, (centers, places, factor) in enumerate(
-            zip((first, second), (rows, columns), factors, strict=True)
-        )
-    ]
-    spans = [high - low for low, high in views]
-    ratio = spans[1] / spans[0] if factors[0] == factors[1] else 1.0
-    height = np.clip(0.36 * PAGE * ratio, 2.2, 4.6) + 1.6
-    width = np.clip(2.0 * (height - 1.6) / ratio + 2.4, 0.75 * PAGE, PAGE)
-    figure, axes = plt.subplots(1, 2, figsize=(width, height), sharey=True)
-    certain = "semi_axis_max" not in dataset
-    first = "manipulability_condition" if certain else "semi_axis_max"
-    plot_map(dataset, first, axes[0], robot=robot, unstable=False)
-    plot_map(dataset, "sigma_t2", axes[1], robot=robot, cmap="cividis")
-    axes[0].set_title("(a) dexterity" if certain else "(a) sensitivity")
-    axes[1].set_title("(b) distance to the loss of stiffness")
-    axes[1].set_ylabel("")
-    for ax in axes:
-        equal = factors[0] == factors[1]
-        margins = [0.03 * (max(spans) if equal else span) for span in spans]
-        ax.set_xlim(views[0][0] - margins[0], views[0][1] + margins[0])
-        ax.set_ylim(views[1][0] - margins[1], views[1][1] + margins[1])
-    handles = legend_of(dataset, zones_of(dataset))
-    left, right = axes[0].get_xlim()
-    low, high = axes[0].get_ylim()
-    motors = [line for line in axes[0].lines if line.get_marker() == "o"]
-    places = np.concatenate([np.empty((0, 2)), *(line.get_xydata() for line in motors)])
-    if np.any(np.all((places >= [left, low]) & (places <= [right, high]), axis=1)):
-        motor: Any = {"ls": "", "marker": "o", "mfc": "white", "mec": BLACK, "label": "motor"}
-        handles.append(plt.Line2D([], [], **motor))
-    figure.legend(handles=handles, loc="outside lower center", ncols=5, frameon=False)
-    return figure
-
-
-def _view(centers, solved, curves) -> tuple[float, float]:
-    """From where to where solved cells, and the curves beside them, reach along an axis."""
-    edges = edges_of(centers)
-    ends = np.concatenate([[edges[solved.min()], edges[solved.max() + 1]], curves])
-    # A curve ends with a point outside of the grid.
-    ends = np.clip(ends, edges[0], edges[-1])
-    return float(np.nanmin(ends)), float(np.nanmax(ends))
-
-
-def _axes(dataset: xr.Dataset) -> tuple[list[str], np.ndarray]:
+def drawn_axes(dataset: xr.Dataset) -> tuple[list[str], np.ndarray]:
     """Names of the two coordinates, and factors to the units in which they are drawn."""
     names = [str(name) for name in dataset["status"].dims]
     return names, np.array([_DRAWN[dataset[name].attrs["units"]][0] for name in names])

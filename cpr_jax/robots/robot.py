@@ -12,8 +12,8 @@ from jaxtyping import Array, Float
 from ..checks import check_finite, check_positive, check_shape, check_vector
 from ..errors import InputError, shown
 from ..geometry import AbstractGeometry, Components, Numbers, floats, namespace, unchanged
-from ..rods.segments import alike
 from .leg import Leg
+from .stacking import stack, turns_any
 
 
 class Home(eqx.Module):
@@ -181,7 +181,7 @@ def make_robot(
         check_shape("transmission", ways, (len(legs), ways.shape[-1] if ways.ndim else 1))
     for label, half_range in (uncertainty or {}).items():
         check_positive(f"uncertainty[{label!r}]", half_range, or_zero=True)
-    stacked = _stack(legs)
+    stacked = stack(legs)
     for place, leaf in jax.tree_util.tree_leaves_with_path(stacked):
         check_finite(f"legs{jax.tree_util.keystr(place)}", leaf)
     known = None
@@ -221,43 +221,11 @@ def _point_loads(loads: Sequence[tuple[Numbers, Numbers]]) -> PointLoads:
     return PointLoads(position, force)
 
 
-def _stack(legs: Sequence[Leg]) -> Leg:
-    def none(leaf):
-        return leaf is None
-
-    def stack(*leaves):
-        present = [leaf for leaf in leaves if leaf is not None]
-        if not present:
-            return None
-        xp = namespace(*present)
-        zero = np.zeros(present[0].shape)
-        return unchanged(xp.stack([zero if leaf is None else leaf for leaf in leaves]))
-
-    joints = [leg.base_joint for leg in legs if leg.base_joint is not None]
-    if joints:
-        locked = jax.tree.map(lambda leaf: floats(np.zeros(leaf.shape)), joints[0])
-        legs = [
-            dataclasses.replace(leg, base_joint=locked) if leg.base_joint is None else leg
-            for leg in legs
-        ]
-    rods = alike([leg.rod for leg in legs])
-    turns = any(_turns(leg.screw, leg.base_position.size) for leg in legs)
-    legs = [
-        dataclasses.replace(leg, rod=rod, turns=turns) for leg, rod in zip(legs, rods, strict=True)
-    ]
-    return jax.tree.map(stack, *legs, is_leaf=none)
-
-
-def _turns(screw: Float[Array, "*legs freedoms"], d: int) -> bool:
-    """Whether a motor, or any of several, may turn what it moves."""
-    return isinstance(screw, jax.core.Tracer) or bool(np.any(np.asarray(screw)[..., d:]))
-
-
 def check_turns(robot: Robot) -> None:
     """Refuses a robot one of whose legs was told to turn after it was made without that."""
     screw = robot.legs.screw
     known = not isinstance(screw, jax.core.Tracer)
-    if robot.legs.turns or not (known and _turns(screw, robot.geometry.d)):
+    if robot.legs.turns or not (known and turns_any(screw, robot.geometry.d)):
         return
     raise InputError(
         "Argument `robot` must have `legs.turns` where `legs.screw` turns a leg, but it was made "

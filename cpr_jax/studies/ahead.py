@@ -10,8 +10,9 @@ from jaxtyping import Array, Float
 from ..analysis.ellipsoid import Ellipsoid, ellipsoid
 from ..analysis.expansion import Expansion, expand
 from ..analysis.parameters import Selection
-from ..analysis.sensitivity import Hold, named, slopes_at
+from ..analysis.sensitivity import named
 from ..analysis.singularity import compile_tracing
+from ..analysis.slopes import Hold, slopes_at
 from ..background import not_a_number, started
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS

@@ -9,7 +9,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
-from scipy.stats import qmc
 
 from ..analysis.pieces import rods_in_pieces
 from ..analysis.stability import count_unstable
@@ -21,7 +20,7 @@ from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.energy import bows_of, integrated, total_energy
 from ..statics.equilibrium import Equilibrium, polish
-from ..statics.periods import motor_periods, motor_spans
+from ..statics.periods import motor_periods
 from ..statics.problem import (
     Problem,
     forward_rows,
@@ -34,16 +33,12 @@ from ..statics.roots import find_root
 from ..statics.solve import solve_forward, solve_inverse
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
+from .starts import even_starts, recombined
 
 _LANES = 512
-_FORCES = (10.0, 10.0, 20.0)
-"""Largest base forces of the starts, in units of `k_b / l²`: a clamped rod buckles at 20."""
 
-_ROUNDS, _MIXED = 3, 1536
-"""How often, and how many, new starts are made from the legs of what was found."""
-
-_MOMENTS = 0.4
-"""Their base moments in units of force times length, for a force of one."""
+_ROUNDS = 3
+"""How often new starts are made from the legs of what was found."""
 
 _APART = 1e-6
 """Distance from which two solutions are different, in dimensionless unknowns."""
@@ -125,7 +120,7 @@ def find_equilibria(
 
     units = np.asarray(unknown_scales(robot))
     coarse = max(2, (steps + 1) // 2)
-    first = _starts(robot, target, places, units, starts, seed)
+    first = even_starts(robot, target, places, units, starts, seed)
     if robot.home is not None:
         solve = solve_forward if point is None else partial(solve_inverse, imposed=imposed)
         at_home = solve(robot, values, throw=False)
@@ -134,7 +129,7 @@ def find_equilibria(
     y, solved = _newton(problem, first, coarse)
     distinct, hits = _distinct(_principal(robot, y[solved], places), units)
     for _ in range(_ROUNDS if len(distinct) else 0):
-        y, solved = _newton(problem, _recombined(robot, distinct, units, seed), coarse)
+        y, solved = _newton(problem, recombined(robot, distinct, units, seed), coarse)
         more = _principal(robot, np.concatenate([distinct, y[solved]]), places)
         more, again = _distinct(more, units)
         again[: len(distinct)] += hits - 1
@@ -157,54 +152,6 @@ def find_equilibria(
 def _batches(rows: np.ndarray) -> list[np.ndarray]:
     """Batches of one size."""
     return [padded(rows[k : k + _LANES], _LANES) for k in range(0, len(rows), _LANES)]
-
-
-def _starts(robot: Robot, target, places, units, count: int, seed: int) -> np.ndarray:
-    """Starting unknowns in SI units."""
-    cube = qmc.Sobol(units.size, rng=seed).random(2 ** int(np.ceil(np.log2(count))))[:count]
-    spread = 2.0 * cube - 1.0
-    n_a, d = robot.n_a, robot.geometry.d
-    n_q = n_a + robot.n_p
-    spread[:, :n_a] *= motor_spans(robot) / units[:n_a]
-    spread[:, n_a + d : n_q] *= np.pi
-    wrenches = spread[:, n_q:].reshape(count, robot.n, -1)
-    wrenches *= np.array(_FORCES)[np.arange(count) % len(_FORCES), None, None]
-    wrenches[..., d:] *= _MOMENTS
-    # The last leg carries what the others leave of the load.
-    load = np.asarray(robot.f_P) / units[n_q : n_q + d]
-    wrenches[:, -1, :d] = load - np.sum(wrenches[:, :-1, :d], axis=1)
-    spread[:, n_q:] = wrenches.reshape(count, -1)
-    middle = np.zeros(units.size)
-    middle[n_a : n_a + d] = np.mean(np.asarray(robot.legs.base_position), axis=0)
-    y = middle + units * spread
-    held = [place for place in places if place >= n_a]
-    y[:, held] = target[held]
-    return y
-
-
-def _recombined(robot: Robot, y, units, seed: int) -> np.ndarray:
-    """Starts with the legs of different solutions, their wrenches grown: towards higher modes.
-
-    Solutions with strongly buckled rods attract few of the even starts.
-    """
-    rng = np.random.default_rng(seed)
-    size = robot.geometry.freedoms
-    rows = rng.integers(len(y), size=(_MIXED, robot.n))
-    mixed = y[rows[:, 0]].copy()
-    n_q = robot.n_a + robot.n_p
-    for leg in range(robot.n):
-        moves = np.asarray(robot.transmission)[leg] != 0.0
-        mixed[:, : robot.n_a] = np.where(moves, y[rows[:, leg], : robot.n_a], mixed[:, : robot.n_a])
-        part = slice(n_q + leg * size, n_q + (leg + 1) * size)
-        mixed[:, part] = y[rows[:, leg], part]
-    wrenches = mixed[:, n_q:].reshape(_MIXED, robot.n, size)
-    wrenches = wrenches * rng.uniform(0.5, 5.0, (_MIXED, 1, 1))
-    mixed[:, n_q:] = wrenches.reshape(_MIXED, -1)
-    periods = motor_periods(robot)
-    aside = np.where(np.isfinite(periods), periods / (4.0 * np.pi), 0.5 * units[: robot.n_a])
-    mixed[:, : robot.n_a] += rng.normal(size=(_MIXED, robot.n_a)) * aside
-    mixed[:, n_q:] += rng.normal(size=(_MIXED, robot.n * size)) * units[n_q:]
-    return mixed
 
 
 def _newton(problem: Problem, starts, steps: int):

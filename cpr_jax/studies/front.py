@@ -18,10 +18,9 @@ from .grid import Grid
 _MISMATCH = 0.01
 """Largest distance from what the slopes at both ends of a step say it should be."""
 
-_SEAM = 0.05
-"""Neighbours that differ by this much from what their slopes say are followed into each other."""
+OFFSETS = np.array([(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1), (1, -1), (-1, 1)])
+"""From a cell to its neighbours."""
 
-_OFFSETS = np.array([(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1), (1, -1), (-1, 1)])
 _PAIRS = ((0, 1), (2, 3), (4, 5), (6, 7))
 
 
@@ -137,7 +136,7 @@ class Front:
         """As `_unsolved`, but only beside cells that the last pass has solved: no others have new
         neighbours, and a pass costs as much as it tries, however large the grid is."""
         assert self.fresh is not None
-        beside = (self.fresh[:, None] + stride * _OFFSETS).reshape(-1, 2)
+        beside = (self.fresh[:, None] + stride * OFFSETS).reshape(-1, 2)
         places = np.ravel_multi_index(tuple(beside.T), self.solved.shape)
         open_ = self.wanted.ravel()[places] & ~self.solved.ravel()[places]
         # Few are open on a fine lattice: what is sorted to find them once each is short.
@@ -147,7 +146,7 @@ class Front:
     def _pass(self, stride: int) -> bool:
         """Tries all cells that have new solved neighbours; says whether there were any."""
         at = self._unsolved(stride) if self.fresh is None else self._beside_fresh(stride)
-        beside = at[:, None] + stride * _OFFSETS
+        beside = at[:, None] + stride * OFFSETS
         have = self.solved[beside[..., 0], beside[..., 1]]
         bits = np.sum(have << np.arange(8), axis=1).astype(np.uint16)
         new = (bits & ~self.tried[at[:, 0], at[:, 1]]) != 0
@@ -164,7 +163,7 @@ class Front:
         good = (found.status == Status.SOLVED) & (found.sign == self.sign)
         good &= found.deviation < DEVIATION
         for k in range(2):
-            good &= self._mismatch(at, found.y, found.slope, sources[:, k]) < _MISMATCH
+            good &= self.mismatch(at, found.y, found.slope, sources[:, k]) < _MISMATCH
         self._put(at, found, good)
         return True
 
@@ -194,7 +193,7 @@ class Front:
         places = np.stack([beside[lanes, sources[:, k]] for k in range(2)], axis=1)
         return guess, places, np.argsort(rank, kind="stable")
 
-    def _mismatch(self, at, y, slope, source) -> np.ndarray:
+    def mismatch(self, at, y, slope, source) -> np.ndarray:
         """Distance of a step from the mean of the slopes at its ends (trapezoidal rule)."""
         p = tuple(source.T)
         way = self.point[tuple(at.T)] - self.point[p]
@@ -204,7 +203,7 @@ class Front:
     def _creep(self, stride: int) -> bool:
         """Follows the branch into cells that fail at once, from one new neighbour each."""
         at = self._unsolved(stride)
-        beside = at[:, None] + stride * _OFFSETS[:4]
+        beside = at[:, None] + stride * OFFSETS[:4]
         bits = 1 << (8 + np.arange(4))
         untried = (self.tried[at[:, 0], at[:, 1]][:, None] & bits) == 0
         cell, side = np.nonzero(self.solved[beside[..., 0], beside[..., 1]] & untried)
@@ -214,12 +213,13 @@ class Front:
         side = side[first]
         at, source = at[cell], beside[cell, side]
         self.tried[at[:, 0], at[:, 1]] |= bits[side].astype(np.uint16)
-        found = self._follow(source, at)
+        found = self.follow(source, at)
         self._put(at, found, (found.status == Status.SOLVED) & (found.sign == self.sign))
         self.stalled[tuple(at.T)] |= found.status == Status.NOT_CONVERGED
         return True
 
-    def _follow(self, source, at) -> Nearby:
+    def follow(self, source, at) -> Nearby:
+        """Follows the branch from solved cells to others, in steps as small as they need be."""
         cells, goals = tuple(source.T), tuple(at.T)
         return self._creep_along(self.y[cells], self.point[cells], self.point[goals])
 
@@ -243,36 +243,3 @@ class Front:
             return np.zeros_like(self.solved[self.inner])
         _, nearest = distance_transform_edt(~judged, return_indices=True)
         return (self.stalled[tuple(nearest)] & ~self.solved)[self.inner]
-
-    def seam(self, stride: int = 1) -> Bool[np.ndarray, "n_0 n_1"]:
-        """Cells beside a neighbour that the branch does not lead to directly.
-
-        Where a branch overlaps itself, as it does behind a cusp of its folds, a map of one value
-        a cell must jump somewhere. Neighbours whose difference their slopes do not explain are
-        followed into each other; those who do not meet are on the seam.
-        """
-        seam = np.zeros_like(self.solved)
-        pairs = []
-        for offset in _OFFSETS[[0, 2]]:
-            here = np.argwhere(self.solved)
-            there = here + stride * offset
-            both = self.solved[tuple(there.T)]
-            here, there = here[both], there[both]
-            p = tuple(here.T)
-            far = self._mismatch(here, self.y[p], self.slope[p], there) > _SEAM
-            pairs.append(np.stack([here[far], there[far]], axis=1))
-        doubtful = np.concatenate(pairs)
-        if len(doubtful) == 0:
-            return seam[self.inner]
-        met, elsewhere = np.zeros((2, len(doubtful)), bool)
-        for k in range(2):
-            source, goal = doubtful[:, k], doubtful[:, 1 - k]
-            found = self._follow(source, goal)
-            apart = np.max(np.abs(found.y - self.y[tuple(goal.T)]), axis=1) > 1e-6
-            arrived = found.status == Status.SOLVED
-            met |= arrived & ~apart
-            elsewhere |= arrived & apart
-        # Beside a fold one direction may end where the other does not.
-        for cells in doubtful[elsewhere | ~met].swapaxes(0, 1):
-            seam[tuple(cells.T)] = True
-        return seam[self.inner]

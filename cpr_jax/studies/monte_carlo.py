@@ -4,17 +4,17 @@ import enum
 import os
 import pathlib
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple, TypeVar
+from typing import TypeVar
 
 import jax
 import numpy as np
-from jaxtyping import Float
 from tqdm import tqdm
 
-from ..analysis.ellipsoid import Ellipsoid, ellipsoid
+from ..analysis.ellipsoid import ellipsoid
 from ..analysis.expansion import expand
 from ..analysis.parameters import ranges, select
-from ..analysis.sensitivity import Hold, Sensitivity, check_belongs, named, slopes_at
+from ..analysis.sensitivity import check_belongs, named
+from ..analysis.slopes import Hold, slopes_at
 from ..errors import InputError, check_integer, shown
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
@@ -22,9 +22,9 @@ from ..rods.solver import Scheme, checked_scheme
 from ..statics.accuracy import MENU, TOLERANCE, least_scheme
 from ..statics.chord import EXACT
 from ..statics.equilibrium import Equilibrium, check_fits, check_solved
-from ..summary import in_notebook, summary
 from .ahead import compile_study
 from .draws import Distribution
+from .outcome import MonteCarlo, clopper_pearson
 from .parts import Parts, digest
 from .processes import gathered, gathered_tables, own_share
 from .samples import CHUNK, WINDOW, Options, Prediction, Samples, Study, solve_window
@@ -42,65 +42,6 @@ _LARGEST_SEED = 2**63 - 1
 _Kind = TypeVar("_Kind", bound=enum.Enum)
 
 
-class MonteCarlo(NamedTuple):
-    """Outcome of a Monte Carlo study with the motors held.
-
-    **Attributes** (SI units; `kept` samples of all `samples`, the first ones):
-
-    - `rho`: parameters, shape `(kept, n_ρ)`.
-    - `q_p`: platform coordinates, NaN where not solved, shape `(kept, n_p)`.
-    - `status`: `Status` codes, shape `(kept,)`.
-    - `inside`: whether the platform is inside the ellipsoid, of a flat one by the directions in
-        which it extends, see `Ellipsoid.covers`, shape `(kept,)`.
-    - `samples`, `solved`, `lost`, `failed`: how many in all; solved; without an equilibrium on
-        the branch (beyond a Type 2 singularity); without an answer, or with a rod that is drawn in
-        to nothing. Their sum is `samples`.
-    - `coverage`: share of all samples inside the ellipsoid; lost samples are not inside.
-    - `coverage_interval`: its exact 95 % confidence interval (Clopper–Pearson).
-    - `mean`, `covariance`: of the solved positions; NaN where there are too few.
-    - `followed`: samples whose branch was followed step by step to be sure of it.
-    - `scheme`, `error`: the integration steps along each rod and their order, and the estimated
-        error of its tip that they leave where the parameters are at the ends of their ranges, in
-        rod lengths.
-    - `sensitivity`, `ellipsoid`: the linear theory they are compared with.
-    """
-
-    rho: Float[np.ndarray, "kept n_rho"]
-    q_p: Float[np.ndarray, "kept n_p"]
-    status: np.ndarray
-    inside: np.ndarray
-    samples: int
-    solved: int
-    lost: int
-    failed: int
-    coverage: float
-    coverage_interval: tuple[float, float]
-    mean: Float[np.ndarray, " d"]
-    covariance: Float[np.ndarray, "d d"]
-    followed: int
-    scheme: Scheme
-    error: float
-    sensitivity: Sensitivity
-    ellipsoid: Ellipsoid
-
-    def _repr_pretty_(self, printer: Any, cycle: bool) -> None:
-        in_notebook(self, printer, cycle)
-
-    def __str__(self) -> str:
-        return summary(
-            self,
-            f"Monte Carlo study of {self.samples} samples: {self.solved} solved, {self.lost} lost, "
-            f"{self.failed} failed",
-            coverage=self.coverage,
-            coverage_interval=self.coverage_interval,
-            mean=self.mean,
-            deviation=np.sqrt(np.diag(self.covariance)),
-            semi_axes=self.ellipsoid.semi_axes,
-            followed=self.followed,
-            error=self.error,
-        )
-
-
 def monte_carlo(
     robot: Robot,
     equilibrium: Equilibrium,
@@ -116,7 +57,7 @@ def monte_carlo(
     steps: int | Scheme | None = None,
     folder: str | os.PathLike | None = None,
     resume: bool = False,
-    save: Callable[["MonteCarlo"], object] | None = None,
+    save: Callable[[MonteCarlo], object] | None = None,
     progress: bool = False,
 ) -> MonteCarlo:
     """Solves the robot for random parameters, with the motors where the equilibrium has them.
@@ -229,17 +170,6 @@ def monte_carlo(
         save(outcome)
     parts.clear()
     return outcome
-
-
-def clopper_pearson(hits: int, trials: int) -> tuple[float, float]:
-    """Exact 95 % confidence interval of a probability (Clopper and Pearson, 1934)."""
-    # Imported late, as in `linear_coverage`.
-    from scipy.special import betaincinv
-
-    misses = trials - hits
-    low = betaincinv(hits, misses + 1, 0.025) if hits else 0.0
-    high = betaincinv(hits + 1, misses, 0.975) if misses else 1.0
-    return float(low), float(high)
 
 
 def _option(kind: type[_Kind], name: str, value: object) -> _Kind:

@@ -11,7 +11,7 @@ import xarray as xr
 
 from ..atomic import write_atomically
 from ..statics.status import Status
-from .monte_carlo import MonteCarlo
+from .outcome import MonteCarlo
 from .versions import versions
 
 

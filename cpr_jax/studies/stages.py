@@ -20,6 +20,7 @@ from .front import Front
 from .grid import Grid
 from .limits import Limits
 from .parts import Parts
+from .seam import seam_of
 
 _SAVE_EVERY = 2.0
 """Seconds between two states of the front that are kept."""
@@ -79,7 +80,7 @@ def cells_and_seam(
         return _looked_at(job, y, bar, level) if len(y) else None
 
     def join() -> Bool[np.ndarray, "n_0 n_1"]:
-        return front.seam(job.stride(level))
+        return seam_of(front, job.stride(level))
 
     # Side by side: the seam by itself leaves cores idle.
     works: list[Callable[[], Any]] = [look, join]

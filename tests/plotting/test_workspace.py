@@ -8,7 +8,8 @@ import pytest
 import xarray as xr
 
 import cpr_jax as cpr
-from cpr_jax.plotting.workspace import figure_of_map, plot_ellipses, plot_map
+from cpr_jax.plotting.map_figure import figure_of_map
+from cpr_jax.plotting.workspace import plot_ellipses, plot_map
 
 SPACE = ("p_P_x", "p_P_y", "p_P_z", "phi_P_x", "phi_P_y", "phi_P_z")
 PARAMETERS = 5

@@ -6,7 +6,8 @@ import pytest
 from matplotlib.patches import PathPatch
 
 import cpr_jax as cpr
-from cpr_jax.plotting.workspace import figure_of_map, plot_map
+from cpr_jax.plotting.map_figure import figure_of_map
+from cpr_jax.plotting.workspace import plot_map
 from cpr_jax.plotting.zones import edges_of, zones_of
 from cpr_jax.statics.status import Status
 

@@ -16,7 +16,7 @@ from cpr_jax.statics.measures import measure
 from cpr_jax.statics.solve import solve_inverse
 from cpr_jax.statics.status import SolveError
 from cpr_jax.studies.critical import critical_value
-from cpr_jax.studies.paper import POINTS
+from cpr_jax.studies.paper_samples import POINTS
 from tests.statics.common import with_stiffness
 
 CASE = json.loads((pathlib.Path(__file__).parents[1] / "reference_cases.json").read_text())[

@@ -10,8 +10,8 @@ from scipy.stats import binomtest
 import cpr_jax as cpr
 from cpr_jax.analysis.ellipsoid import LINEAR_COVERAGE, linear_coverage
 from cpr_jax.errors import InputError
-from cpr_jax.studies.monte_carlo import clopper_pearson
-from cpr_jax.studies.paper import POINTS
+from cpr_jax.studies.outcome import clopper_pearson
+from cpr_jax.studies.paper_samples import POINTS
 from cpr_jax.studies.tally import merged
 
 from ..oracles import planar_shooting

@@ -17,7 +17,7 @@ from cpr_jax.statics.linear import solve_with_sign
 from cpr_jax.statics.unknowns import unknown_scales
 from cpr_jax.studies import samples as module
 from cpr_jax.studies.draws import Distribution
-from cpr_jax.studies.paper import POINTS
+from cpr_jax.studies.paper_samples import POINTS
 
 STEPS = 10
 

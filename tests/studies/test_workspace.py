@@ -8,7 +8,8 @@ import xarray as xr
 
 from cpr_jax.analysis.sensitivity import sensitivity
 from cpr_jax.errors import InputError
-from cpr_jax.plotting.workspace import figure_of_map, plot_map
+from cpr_jax.plotting.map_figure import figure_of_map
+from cpr_jax.plotting.workspace import plot_map
 from cpr_jax.robots.catalogue import rfrfr
 from cpr_jax.statics.solve import solve_inverse
 from cpr_jax.statics.status import Status
