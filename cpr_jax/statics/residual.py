@@ -202,7 +202,13 @@ def residual_at(robot: Robot, state: State, tips: RodState) -> Float[Array, " n_
     legs, q, mu = by_leg(robot, state)
     base = leg_base(robot.geometry, legs, q, mu)
     tips = jax.tree.map(lambda leaf: jnp.moveaxis(leaf, 0, -1), tips)
-    rows = closing_rows(robot, units_by_leg(robot), legs, base, tips, state.q_p[:, None])
+    return residual_in_world(robot, state, to_world(robot.geometry, base, tips))
+
+
+def residual_in_world(robot: Robot, state: State, tips: RodState) -> Float[Array, " n_y_minus_n_a"]:
+    """As `residual_at`, of tips in world axes, with the legs as their last axis."""
+    legs, *_ = by_leg(robot, state)
+    rows = joint_rows(robot, units_by_leg(robot), legs, tips, state.q_p[:, None])
     return assembled(robot, state, *rows)
 
 

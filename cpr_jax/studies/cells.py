@@ -1,6 +1,7 @@
 """Everything that a map says about one of its cells."""
 
 import itertools
+import warnings
 from collections.abc import Callable
 from typing import NamedTuple, TypeAlias
 
@@ -18,10 +19,12 @@ from ..programs import program
 from ..robots.robot import Robot
 from ..rods.equations import RodState
 from ..rods.segments import segments_of
-from ..statics.energy import bows_of, integrated, total_energy
+from ..rods.solver import Scheme
+from ..statics.accuracy import ROUGH
+from ..statics.energy import Rods, bows_of, integrated, total_energy
 from ..statics.linear import inverse_with_sign, row_axes
 from ..statics.measures import motor_torques
-from ..statics.residual import residual_at
+from ..statics.residual import by_leg, leg_base, residual_in_world, to_world
 from ..statics.roots import TOLERANCE
 from ..statics.singular_values import norm_2
 from ..statics.unknowns import unknown_scales, unravel
@@ -46,6 +49,8 @@ class Cell(NamedTuple):
     - `curvature`, `moment`: largest curvature, 1/m, and internal moment, N·m, along the rods.
     - `unstable`: number of unstable directions, see `stability`.
     - `residual`: largest entry of the dimensionless `R₀`, before a last step of Newton's method.
+    - `tip_error`: estimated error of the integration at the rods' tips, in rod lengths: by how much
+        steps of the next order end elsewhere.
     """
 
     q_a: Float[Array, " n_a"]
@@ -66,6 +71,7 @@ class Cell(NamedTuple):
     moment: Float[Array, ""]
     unstable: Int[Array, ""]
     residual: Float[Array, ""]
+    tip_error: Float[Array, ""]
 
 
 @program
@@ -104,8 +110,10 @@ def _look(robot: Robot, selection: Selection, delta, y, imposed, steps: int) -> 
     Pi_p, J = answers[:, : delta.size], answers[:d, delta.size :] / units[:n_a]
     semi_axes, directions = row_axes(Pi_p[:d] * delta)
     stretch, _ = row_axes(J)
-    rods = integrated(robot, y, steps)
-    R_0 = residual_at(robot, unravel(robot, y), rods.tips)
+    tips = jax.tree.map(lambda leaf: jnp.moveaxis(leaf, 0, -1), pieces.tip)
+    R_0 = residual_in_world(robot, unravel(robot, y), tips)
+    rods = integrated(robot, y, Scheme(steps, Scheme(steps).order + 2))
+    error = _tip_error(robot, y, tips, rods)
     energy, bows = total_energy(robot, y, rods), bows_of(robot, y, rods)
     counted = count_unstable(robot, y, pieces)
     curvature, moment = _strongest(robot, pieces.nodes)
@@ -132,7 +140,17 @@ def _look(robot: Robot, selection: Selection, delta, y, imposed, steps: int) -> 
         moment=moment,
         unstable=counted.index,
         residual=jnp.max(jnp.abs(R_0)),
+        tip_error=error,
     )
+
+
+def _tip_error(robot: Robot, y, tips: RodState, finer: Rods) -> Float[Array, ""]:
+    """Largest distance between tips in world axes, the legs last, and those of other steps."""
+    legs, q, mu = by_leg(robot, unravel(robot, y))
+    base = leg_base(robot.geometry, legs, q, mu)
+    other = jax.tree.map(lambda leaf: jnp.moveaxis(leaf, 0, -1), finer.tips)
+    apart = to_world(robot.geometry, base, other).position - tips.position
+    return jnp.max(jnp.abs(apart) / finer.lengths)
 
 
 def polished(look: Callable[[Float[np.ndarray, "some n_y"], int], Cell], cells: Cell) -> Cell:
@@ -152,6 +170,18 @@ def polished(look: Callable[[Float[np.ndarray, "some n_y"], int], Cell], cells: 
         for leaf, part in zip(cells, look(better, turn), strict=True):
             leaf[rough] = part
     return cells
+
+
+def warn_of_steps(cells: Cell, steps: int) -> None:
+    """Says so where rods take more integration steps than they have."""
+    worst = np.max(cells.tip_error, initial=0.0)
+    if worst > ROUGH:
+        warnings.warn(
+            f"With {steps} integration steps the tips of rods are off by up to {worst:.1g} rod "
+            "lengths: give more `steps`, or leave out what the variable `tip_error` tells of.",
+            UserWarning,
+            stacklevel=3,
+        )
 
 
 def free_runs(robot: Robot, imposed: tuple[int, ...]) -> list[slice]:

@@ -24,6 +24,10 @@ OFFSETS = np.array([(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1), (1, -1),
 _PAIRS = ((0, 1), (2, 3), (4, 5), (6, 7))
 
 
+class SeedApart(InputError):
+    """The branch does not lead from the seed to the grid."""
+
+
 class Front:
     """The equilibria of one branch on a grid, followed outward from a seed.
 
@@ -79,7 +83,7 @@ class Front:
         goal = self.grid.points[cell]
         found = self._creep_along(seed[None], begin[None], goal[None])
         if found.status[0] != Status.SOLVED:
-            raise InputError(
+            raise SeedApart(
                 "Argument `seed` must lie beside the grid, but the branch does not reach its "
                 f"nearest cell {goal.tolist()}: {Status(int(found.status[0])).message}."
             )

@@ -22,7 +22,7 @@ from ..statics.status import Status
 from ..statics.stops import visit
 from ..statics.unknowns import unknown_labels
 from .ahead import compile_trajectory
-from .cells import Cell, look_at_cells, polished
+from .cells import Cell, look_at_cells, polished, warn_of_steps
 from .limits import Limits
 from .polygon import Polygon
 from .trajectory_dataset import Along, changes, trajectory_dataset
@@ -131,6 +131,7 @@ def trajectory(
         events=found,
         cells=Cell(*(leaf[there] for leaf in cells)),
     )
+    warn_of_steps(along.cells, steps)
     return trajectory_dataset(robot, selection, np.asarray(half_ranges), along)
 
 

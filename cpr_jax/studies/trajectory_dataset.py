@@ -13,7 +13,13 @@ from ..robots.robot import Robot
 from ..statics.status import Status
 from ..statics.unknowns import unknown_labels, unknown_units
 from .cells import Cell
-from .variables import cell_coordinates, cell_variables, index_variables, status_attributes
+from .variables import (
+    cell_coordinates,
+    cell_variables,
+    index_variables,
+    name_what_is_held,
+    status_attributes,
+)
 from .versions import versions
 
 
@@ -62,12 +68,11 @@ def trajectory_dataset(
     imposed = {"units": "SI", "long_name": "imposed coordinates, see imposed_unit"}
     corner = {"units": "1", "long_name": "1 at the waypoints"}
     variables = {
-        **cell_variables(robot, cells, selection, delta, entry),
+        **name_what_is_held(
+            robot, along.places, cell_variables(robot, cells, selection, delta, entry)
+        ),
         **index_variables(("s",), index),
     }
-    if set(along.places) != set(range(robot.n_a, robot.n_a + robot.n_p)):
-        held = "smallest singular value of the Jacobian with the imposed coordinates held"
-        variables["sigma_t1"][2]["long_name"] = held
     return xr.Dataset(
         {
             "status": (("s",), along.status, status_attributes("a stop")),

@@ -57,10 +57,28 @@ def cell_variables(
         "curvature": entry(cells.curvature, "1/m", "largest curvature along the rods"),
         "moment": entry(cells.moment, "N m", "largest internal moment along the rods"),
         "residual": entry(cells.residual, "1", "largest entry of the dimensionless residual"),
+        "tip_error": entry(
+            cells.tip_error, "1", "estimated integration error of the rods' tips, in rod lengths"
+        ),
         "delta": (("parameter",), np.asarray(delta), {"long_name": "half ranges (6)"}),
     }
     if not selection.labels:
         return {name: kept for name, kept in variables.items() if name not in _SENSITIVITIES}
+    return variables
+
+
+def name_what_is_held(
+    robot: Robot, places: tuple[int, ...], variables: dict[str, Any]
+) -> dict[str, Any]:
+    """The same variables, `sigma_t1` of which says what is held, which not always is the platform.
+
+    **Arguments:**
+
+    - `places`: of the imposed coordinates in `(q_a, q_p)`.
+    """
+    if set(places) != set(range(robot.n_a, robot.n_a + robot.n_p)):
+        held = "smallest singular value of the Jacobian with the imposed coordinates held"
+        variables["sigma_t1"][2]["long_name"] = held
     return variables
 
 

@@ -23,13 +23,13 @@ from ..statics.solve import solve_inverse
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
 from .ahead import compile_map
-from .cells import Cell
+from .cells import Cell, warn_of_steps
 from .follower import Follower
-from .front import Front
+from .front import Front, SeedApart
 from .grid import make_grid
 from .limits import Limits
 from .map_dataset import Found, map_dataset
-from .parts import Parts, digest
+from .parts import Parts, digest, refuse_other
 from .refinement import refined, representatives
 from .results import save_dataset
 from .sheet import singular_lines
@@ -79,7 +79,9 @@ def workspace_map(
     - `refine`: how often the spacing is halved where the sensitivity (σ of A_p, if nothing varies)
         changes fast and where the branch ends; cells elsewhere stand for the block around them, see
         `level`.
-    - `box`: lower and upper corner; by default all within reach of the legs.
+    - `box`: lower and upper corner; by default all within reach of the legs, or a mean rod length
+        around the seed if that of one has no end (motors that slide, rods that are fed or stretch);
+        a quarter of a turn around the seed along rotations.
     - `axes`: which two platform coordinates vary, by default the position in the plane of the
         robot; the others stay as they are in the seed.
     - `imposed`: names of the coordinates that the motors impose, the axes among them, as in
@@ -89,6 +91,8 @@ def workspace_map(
     - `parameters`, `delta`: as in `sensitivity`. A robot without uncertainties has a map without
         sensitivities.
     - `limits`: see `Limits`.
+    - `steps`: integration steps along each rod; `tip_error` tells what they leave, and a warning
+        where that is much.
     - `out`: folder for `map.nc`, and for the finished parts of a run that is interrupted.
     - `resume`: go on with those parts.
     - `progress`: show a progress bar on standard error.
@@ -162,7 +166,12 @@ def workspace_map(
             chunk,
         )
         with tqdm(total=grid.shape[0] * grid.shape[1], unit="cell", disable=not progress) as bar:
-            dataset = _map(job, bar)
+            try:
+                dataset = _map(job, bar)
+            except SeedApart:
+                # There is nothing to go on with.
+                parts.clear()
+                raise
     dataset.attrs["configuration"] = json.dumps(configuration, sort_keys=True)
     if folder is not None:
         # What a kill leaves of it goes away with the parts.
@@ -193,13 +202,15 @@ def _configuration(
 
 
 def _finished(path: pathlib.Path, configuration: dict) -> xr.Dataset | None:
-    """A map that is there already, if it is the same one."""
+    """A map that is there already.
+
+    **Raises:** `InputError` where it is another one.
+    """
     if not path.exists():
         return None
     with xr.open_dataset(path, engine="h5netcdf") as dataset:
         stored = json.loads(dataset.attrs.get("configuration", "{}"))
-        if stored != json.loads(json.dumps(configuration)):
-            return None
+        refuse_other(stored, json.loads(json.dumps(configuration)), path.parent)
         return dataset.load()
 
 
@@ -243,6 +254,7 @@ def _map(job: Job, bar: tqdm) -> xr.Dataset:
     kept = status[solved] == Status.SOLVED
     solved[solved] = kept
     cells = Cell(*(leaf[kept] for leaf in cells))
+    warn_of_steps(cells, steps)
     if limits is not None:
         status[solved] = np.where(limits.beyond(cells), Status.BEYOND_LIMITS, Status.SOLVED)
     stands_for, levels = representatives(front, wanted)

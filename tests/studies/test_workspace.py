@@ -11,6 +11,7 @@ from cpr_jax.errors import InputError
 from cpr_jax.plotting.map_figure import figure_of_map
 from cpr_jax.plotting.workspace import plot_map
 from cpr_jax.robots.catalogue import rfrfr
+from cpr_jax.statics.energy import integrated
 from cpr_jax.statics.solve import solve_inverse
 from cpr_jax.statics.status import Status
 from cpr_jax.studies.limits import Limits
@@ -240,6 +241,25 @@ def test_without_uncertainties_all_but_the_sensitivities_is_there(robot):
     assert [ax.get_title() for ax in figure_of_map(bare, robot).axes[:1]] == ["(a) dexterity"]
     with pytest.raises(InputError, match="`variable` must be one over y and z"):
         plot_map(bare)
+
+
+def test_what_the_integration_leaves_is_told(robot, mapped):
+    """Beside where tips end with four times the steps, which leave nothing."""
+    assert float(mapped["tip_error"].max()) < 1e-8
+    with pytest.warns(UserWarning, match=r"With 5 integration steps the tips .* `tip_error`"):
+        rough = workspace_map(robot, spacing=0.03, box=((0.0, -0.06), (0.18, 0.24)), steps=5)
+    solved = np.argwhere(rough["status"].values == Status.SOLVED)
+    told, exact = [], []
+    for i, j in solved[::4]:
+        y = unknowns(rough, i, j)
+        few, many = (integrated(robot, y, steps) for steps in (5, 20))
+        apart = np.linalg.norm(few.tips.position - many.tips.position, axis=1) / 0.25
+        told.append(float(rough["tip_error"][i, j]))
+        exact.append(np.max(apart))
+    assert len(told) > 10
+    assert 1e-6 < np.max(exact) < 1e-3
+    ratio = np.array(told) / np.array(exact)
+    assert np.all((ratio > 0.1) & (ratio < 10.0))
 
 
 def test_what_polishing_does_not_mend_is_no_solution(robot, monkeypatch):
