@@ -78,15 +78,17 @@ def imposed_coordinates(robot: Robot, names: Sequence[str] | None = None) -> tup
     return coordinate_places(robot, names)
 
 
-def coordinate_places(robot: Robot, names: Sequence[str]) -> tuple[int, ...]:
-    """Places in `(q_a, q_p)` of coordinates by name."""
+def coordinate_places(
+    robot: Robot, names: Sequence[str], field: str = "imposed"
+) -> tuple[int, ...]:
+    """Places in `(q_a, q_p)` of coordinates by name; `field` is the argument that errors name."""
     short = _short(robot)
     labels = unknown_labels(robot)[: len(short)]
     places = []
     for name in names:
         if name not in short and name not in labels:
             raise InputError(
-                f"Argument `imposed` must name coordinates of {robot.name} "
+                f"Argument `{field}` must name coordinates of {robot.name} "
                 f"({', '.join(short)}), but it names {shown(name)}."
             )
         places.append(short.index(name) if name in short else labels.index(name))

@@ -51,9 +51,11 @@ class Parts:
         if folder is None:
             return
         text = json.dumps(configuration, indent=2, sort_keys=True)
+        # Of two runs that began in one folder at once neither takes up parts of the other.
+        self._run = hashlib.sha256(text.encode()).hexdigest()
         path = folder / _CONFIGURATION
         if resume and path.exists():
-            _compare(json.loads(path.read_text()), json.loads(text), folder)
+            refuse_other(json.loads(path.read_text()), json.loads(text), folder)
         else:
             _refuse_others(folder, field)
             refuse_unfinished(folder, sorted(folder.glob("*.npz")))
@@ -70,8 +72,8 @@ class Parts:
                 arrays = {key: file[key] for key in file.files}
         except (FileNotFoundError, ValueError, EOFError, KeyError, OSError, zipfile.BadZipFile):
             return None
-        stored = arrays.pop("checksum", None)
-        if stored is None or str(stored) != _checksum(arrays):
+        stored, run = arrays.pop("checksum", None), arrays.pop("run", None)
+        if stored is None or str(stored) != _checksum(arrays) or str(run) != self._run:
             return None
         self.known += 1
         return arrays
@@ -80,7 +82,8 @@ class Parts:
         """Keeps a part; a part of the same name is replaced."""
         if self.folder is None:
             return
-        stored: dict[str, Any] = {"checksum": np.array(_checksum(arrays)), **arrays}
+        about = {"checksum": np.array(_checksum(arrays)), "run": np.array(self._run)}
+        stored: dict[str, Any] = {**about, **arrays}
 
         def write(path: pathlib.Path) -> None:
             with path.open("wb") as stream:
@@ -146,7 +149,8 @@ def digest(tree: Any) -> str:
     return _checksum(leaves)
 
 
-def _compare(old: dict, new: dict, folder: pathlib.Path) -> None:
+def refuse_other(old: dict, new: dict, folder: pathlib.Path) -> None:
+    """What was computed with other numbers is not gone on with, nor written over."""
     names = sorted(key for key in {*old, *new} if old.get(key) != new.get(key))
     if names:
         changes = "; ".join(f"{name}: {old.get(name)} then, {new.get(name)} now" for name in names)

@@ -16,6 +16,7 @@ from ..statics.problem import coordinate_places, imposed_coordinates
 from ..statics.solve import solve_inverse
 from ..statics.status import Status
 from ..statics.unknowns import unknown_units
+from .front import SeedApart
 from .parts import refuse_unfinished
 from .results import save_dataset
 from .workspace import workspace_map
@@ -34,8 +35,8 @@ def workspace_volume(
     """A workspace map over three platform coordinates: slices over two, at values of the third.
 
     Each slice starts where the branch of the seed leads along the third coordinate, so that all
-    of them show one branch. A slice that the branch does not reach there counts as beyond its
-    fold: all of its cells are NaN and say so.
+    of them show one branch. A slice that the branch does not reach there, or whose grid it does not
+    reach from there, counts as beyond its fold: all of its cells are NaN and say so.
 
     **Arguments:**
 
@@ -62,7 +63,11 @@ def workspace_volume(
     if options.get("box") is None:
         raise InputError("Argument `box` must be given for a volume, but it is None.")
     places = imposed_coordinates(robot, imposed)
-    third = coordinate_places(robot, axes[2:])[0]
+    third = coordinate_places(robot, axes[2:], "axes")[0]
+    if third < robot.n_a:
+        raise InputError(
+            f"Argument `axes` must name platform coordinates, but {axes[2]} is a motor."
+        )
     if third not in places:
         raise InputError(
             f"Argument `imposed` must contain the third axis, {axes[2]}, but it does not."
@@ -96,9 +101,15 @@ def workspace_volume(
             continue
         starts[k] = found
         place = None if folder is None else _slice(folder, k)
-        slices[k] = workspace_map(
-            robot, found, axes=(axes[0], axes[1]), imposed=imposed, out=place, **options
-        )
+        try:
+            slices[k] = workspace_map(
+                robot, found, axes=(axes[0], axes[1]), imposed=imposed, out=place, **options
+            )
+        except SeedApart:
+            # It is reached beside the grid only.
+            if place is not None:
+                with contextlib.suppress(OSError):
+                    place.rmdir()
     if not slices:
         raise InputError(
             "Argument `heights` must hold a value that the branch reaches, but none is reached."

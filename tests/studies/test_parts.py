@@ -54,6 +54,14 @@ def test_another_configuration_is_refused_and_named(tmp_path):
         Parts(tmp_path / "parts", {"spacing": 2.0, "steps": 10}, resume=True)
 
 
+def test_runs_that_begin_at_once_take_up_nothing_of_each_other(tmp_path):
+    first = Parts(tmp_path / "parts", {"seed": 1}, resume=False)
+    second = Parts(tmp_path / "parts", {"seed": 2}, resume=False)
+    first.save("one", ARRAYS)
+    assert second.load("one") is None
+    assert first.load("one") is not None
+
+
 @pytest.mark.parametrize("configuration", [{"a": 1}, {"a": 2}])
 def test_without_resume_no_part_is_lost(tmp_path, configuration):
     Parts(tmp_path / "parts", {"a": 1}, resume=False).save("one", ARRAYS)

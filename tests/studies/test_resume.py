@@ -109,6 +109,11 @@ def test_a_finished_map_is_loaded_and_another_one_refused(tmp_path):
     first = workspace_map(rfrfr(), spacing=0.02, box=box, out=tmp_path)
     again = workspace_map(rfrfr(), spacing=0.02, box=box, out=tmp_path, resume=True)
     xr.testing.assert_identical(again, first)
+    # Another map is not written over, by mistake in a word of the call.
+    with pytest.raises(InputError, match=r"`resume` must .* \(cells: \[4, 4\] then"):
+        workspace_map(rfrfr(), spacing=0.03, box=box, out=tmp_path, resume=True)
+    with xr.open_dataset(tmp_path / "map.nc", engine="h5netcdf") as kept:
+        assert kept.sizes == first.sizes
     # Parts of another configuration are not gone on with.
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "configuration.json").write_text('{"spacing": 1}')

@@ -77,6 +77,19 @@ def test_each_slice_belongs_to_its_height(robot, volume):
     assert float(cell["semi_axis_max"]) == pytest.approx(float(axes[0]), rel=1e-6)
 
 
+def test_a_slice_whose_grid_is_apart_is_not_reached(robot, tmp_path):
+    """At the axis the platform can be higher than beside it, where these slices are."""
+    box = ((0.05, -0.01), (0.07, 0.01))
+    beside = cpr.workspace_volume(
+        robot, [0.25, 0.29], imposed=IMPOSED, box=box, spacing=0.01, out=tmp_path
+    )
+    alone = cpr.solve_inverse(robot, (0.0, 0.0, 0.29), imposed=IMPOSED, throw=False)
+    assert int(alone.status) == Status.SOLVED
+    assert np.all(beside["status"].sel(z=0.29) != Status.SOLVED)
+    assert np.any(beside["status"].sel(z=0.25) == Status.SOLVED)
+    assert [path.name for path in tmp_path.iterdir()] == ["volume.nc"]
+
+
 def test_slices_of_a_robot_without_uncertainties_are_stacked():
     certain = dataclasses.replace(cpr.three_rfr(), uncertainty={})
     axes, box = ("y", "z", "phi_P_x"), ((-0.02, -0.02), (0.02, 0.02))
