@@ -8,6 +8,7 @@ import jax
 import numpy as np
 
 from .geometry import floats
+from .surroundings import inherited
 
 
 def started(job: Callable[[], object]) -> threading.Thread:
@@ -16,9 +17,11 @@ def started(job: Callable[[], object]) -> threading.Thread:
     What goes wrong in it is left for whoever then calls the program, and meets the same mistake.
     """
 
+    here = inherited(job)
+
     def quietly() -> None:
         with contextlib.suppress(Exception):
-            job()
+            here()
 
     thread = threading.Thread(target=quietly, name="cpr_jax-compile", daemon=True)
     thread.start()

@@ -10,6 +10,8 @@ from typing import TypeVar
 import jax
 import numpy as np
 
+from .surroundings import inherited
+
 _In = TypeVar("_In")
 _Out = TypeVar("_Out")
 
@@ -46,7 +48,8 @@ def in_parallel(function: Callable[[_In], _Out], items: Iterable[_In]) -> list[_
 
     # The caller is one of the workers: it waits for none that has not begun.
     workers = max(WORKERS, jax.local_device_count())
-    helpers = [_pool(workers).submit(work_off) for _ in range(min(workers, len(work)) - 1)]
+    pool, helping = _pool(workers), inherited(work_off)
+    helpers = [pool.submit(helping) for _ in range(min(workers, len(work)) - 1)]
     try:
         work_off()
     finally:

@@ -12,6 +12,7 @@ from typing import Any
 import jax
 
 from .outline import outlined, type_of
+from .surroundings import is_on_cpu
 
 _UNDER = ("jax", "jaxlib", "equinox", "diffrax", "optimistix", "lineax", "numpy", "scipy")
 """Distributions that a traced program depends on."""
@@ -28,7 +29,7 @@ def name_of(function: Callable[..., Any], args, kwargs) -> str | None:
     parts = [
         f"{function.__module__}.{function.__qualname__}",
         _foundation(),
-        jax.default_backend(),
+        "cpu" if is_on_cpu(arrays) else jax.default_backend(),
         str(jax.config.read("jax_enable_x64")),
         *(str(type_of(leaf)) for leaf in arrays),
     ]

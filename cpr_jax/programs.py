@@ -28,7 +28,7 @@ from .compiler import HOT, QUICK, known_options
 from .outline import Slot, outlined, type_of
 from .program_name import name_of
 from .room import make_room, watch
-from .surroundings import devices_of, is_watched, is_within
+from .surroundings import devices_of, is_on_cpu, is_watched, is_within, set_here
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -117,8 +117,7 @@ class _Program:
         devices = devices_of(arrays)
         if devices is None or is_watched():
             return self._alone(*args, **kwargs)
-        place = getattr(jax.config, "jax_default_device", None)
-        key = (structure, *rest, devices, place, bool(jax.config.read("jax_enable_x64")), _folder)
+        key = (structure, *rest, devices, *set_here(), _folder)
         loaded = self._load(key, args, kwargs)
         if loaded is None:
             return self._alone(*args, **kwargs)
@@ -206,7 +205,9 @@ class _Program:
     def _make(self, args, kwargs) -> tuple[bytes, Any] | None:
         """The program and the outline of what it returns, or `None` if it cannot be kept."""
         flat, given, outlines = self._flat(args, kwargs)
-        exported = export.export(jax.jit(flat))(*given)
+        # Beside a GPU arrays may still be bound to the CPU.
+        platforms = ["cpu"] if is_on_cpu(given) else None
+        exported = export.export(jax.jit(flat), platforms=platforms)(*given)
         try:
             pickle.dumps(outlines[-1])
             return bytes(exported.serialize()), outlines[-1]

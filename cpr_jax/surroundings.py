@@ -1,7 +1,9 @@
 """What a call of a program is surrounded by: other programs, devices, what JAX watches."""
 
+import contextlib
 import functools
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import jax
 from jax.extend.core import get_opaque_trace_state
@@ -10,6 +12,31 @@ _WATCHED_BY = ("jax_disable_jit", "jax_debug_nans", "jax_debug_infs")
 
 _outside: Any = None
 """JAX's state outside of all programs, once it is known: to compare it is quick."""
+
+
+_Out = TypeVar("_Out")
+
+
+def inherited(work: Callable[[], _Out]) -> Callable[[], _Out]:
+    """The same work, for another thread: JAX keeps what `with` sets apart for each."""
+    x64, device = set_here()
+
+    def within() -> _Out:
+        own_x64, own_device = set_here()
+        with contextlib.ExitStack() as stack:
+            # What is set once more would be another state to JAX.
+            if own_x64 != x64:
+                stack.enter_context(jax.enable_x64(x64))
+            if own_device != device:
+                stack.enter_context(jax.default_device(device))
+            return work()
+
+    return within
+
+
+def set_here() -> tuple[bool, Any]:
+    """Whether float64 is enabled, and the default device."""
+    return bool(jax.config.read("jax_enable_x64")), getattr(jax.config, "jax_default_device", None)
 
 
 def is_within(arrays) -> bool:
@@ -37,6 +64,18 @@ def devices_of(arrays) -> tuple | None:
     if len(devices) > 1:
         return None
     return devices, tuple(array.committed for array in found)
+
+
+def is_on_cpu(arrays) -> bool:
+    """Whether a program of these arrays runs on the CPU, be there a GPU or not."""
+    bound = [each for each in arrays if isinstance(each, jax.Array) and each.committed]
+    if bound:
+        device: Any = next(iter(bound[0].sharding.device_set))
+        return device.platform == "cpu"
+    _, device = set_here()
+    if device is None:
+        return jax.default_backend() == "cpu"
+    return getattr(device, "platform", device) == "cpu"
 
 
 def is_watched() -> bool:

@@ -3,6 +3,8 @@
 import threading
 import time
 
+import jax
+import jax.numpy as jnp
 import pytest
 
 from cpr_jax.parallel import WORKERS, in_parallel
@@ -30,6 +32,20 @@ def test_work_within_work_does_not_wait_for_itself():
         return sum(in_parallel(lambda j: j * k, range(20)))
 
     assert in_parallel(outer, range(20)) == [190 * k for k in range(20)]
+
+
+def test_settings_of_the_caller_hold_for_its_helpers():
+    """JAX keeps what `with` sets apart for each thread."""
+
+    def kind(_):
+        time.sleep(0.001)
+        return jnp.zeros(1).dtype, threading.get_ident()
+
+    for x64, expected in ((False, "float32"), (True, "float64")):
+        with jax.enable_x64(x64):
+            found = in_parallel(kind, range(100))
+        assert {str(dtype) for dtype, _ in found} == {expected}
+        assert len({thread for _, thread in found}) > 1
 
 
 def test_a_failure_ends_the_rest():

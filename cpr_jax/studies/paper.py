@@ -9,6 +9,7 @@ from ..robots.catalogue import rfrfr
 from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium
 from ..statics.solve import solve_inverse
+from ..surroundings import inherited
 from .ahead import compile_study
 from .draws import Distribution
 from .monte_carlo import monte_carlo
@@ -63,7 +64,7 @@ def case_study(
     ahead = compile_study(robot, options, ranges(robot, selection), followed=True)
     # Side by side: the map is traced by Python while the samples are solved by XLA.
     with ThreadPoolExecutor(1) as pool, ahead:
-        mapping = pool.submit(mapped)
+        mapping = pool.submit(inherited(mapped))
         equilibria = {name: solve_inverse(robot, point) for name, point in POINTS.items()}
         observer.equilibria(robot, equilibria)
         studies = {
