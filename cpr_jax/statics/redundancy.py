@@ -13,7 +13,7 @@ from ..geometry import Numbers
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
-from .equilibrium import Equilibrium, check_solved
+from .equilibrium import Equilibrium, check_fits, check_solved
 from .linear import inverse
 from .measures import motor_torques
 from .problem import coordinate_places
@@ -108,6 +108,7 @@ def resolve_redundancy(
             )
         guess = solve_forward(robot, robot.home.q_a, steps=steps)
 
+    check_fits("guess", guess, robot)
     check_solved("guess", guess)
     whole = np.append(np.asarray(guess.q_a), np.asarray(guess.q_p))
     whole[list(places)] = target

@@ -17,6 +17,7 @@ from .assembly import at_rest, from_home, reaching
 from .continuation import Track
 from .energy import potential_energy
 from .periods import motor_spans
+from .reach import used_up
 from .status import Status
 from .unknowns import base_freedoms, unknown_scales
 
@@ -102,6 +103,11 @@ def _from_each(homes, imposed, legs, goal, steps) -> list[tuple[Track, Track]]:
 def _least(robot: Robot, tracks: list[Track], otherwise: Status, steps: Steps) -> Track:
     """The track of least energy among those that have arrived, or a status."""
     arrived = np.array([int(track.status) == Status.SOLVED for track in tracks])
+    if robot.legs.feed is not None:
+        # Of what lies behind a rod that is drawn in to nothing the energy is no measure.
+        motors = np.stack([np.asarray(track.y)[: robot.n_a] for track in tracks])
+        some = arrived & ~np.asarray(used_up(robot, motors))
+        arrived = some if np.any(some) else arrived
     if not np.any(arrived):
         return tracks[0]._replace(status=jnp.asarray(int(otherwise)))
     energies = np.asarray(_energies(robot, np.stack([track.y for track in tracks]), steps))

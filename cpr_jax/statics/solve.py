@@ -123,6 +123,12 @@ def _solve(robot, imposed, target, guess, steps, throw):
         # From numpy, as ahead: a weak type would make another program.
         equilibrium = polish(*task, y, np.asarray(outcome), tolerance, branch, count)
         status = Status(int(equilibrium.status))
+        if status == Status.LOST and count is not first:
+            # So far from what fewer steps have found that it takes a way of its own.
+            reached = _reached(*task, guess, count, False)
+            end = np.asarray(reached.y), np.asarray(int(reached.status))
+            equilibrium = polish(*task, *end, tolerance, branch, count)
+            status = Status(int(equilibrium.status))
         if status != Status.INACCURATE:
             break
     if throw and status != Status.SOLVED:

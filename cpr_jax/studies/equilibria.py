@@ -128,8 +128,8 @@ def find_equilibria(
             first = np.concatenate([np.asarray(at_home.y)[None], first])
     y, solved = _newton(problem, first, coarse)
     distinct, hits = _distinct(_principal(robot, y[solved], places), units)
-    for _ in range(_ROUNDS if len(distinct) else 0):
-        y, solved = _newton(problem, recombined(robot, distinct, units, seed), coarse)
+    for turn in range(_ROUNDS if len(distinct) else 0):
+        y, solved = _newton(problem, recombined(robot, distinct, units, (seed, turn)), coarse)
         more = _principal(robot, np.concatenate([distinct, y[solved]]), places)
         more, again = _distinct(more, units)
         again[: len(distinct)] += hits - 1
@@ -199,16 +199,36 @@ def _look(problem: Problem, y, steps: int):
 def _principal(robot: Robot, y: np.ndarray, places: Sequence[int]) -> np.ndarray:
     """The same configurations with motors within half a period, and a body within half a turn.
 
-    What is imposed stays as it is.
+    So are passive joints at the base. What is imposed stays as it is.
     """
     periods = motor_periods(robot)
     free = [j for j in range(robot.n_a) if j not in places and np.isfinite(periods[j])]
     y = y.copy()
-    y[:, free] -= periods[free] * np.round(y[:, free] / periods[free])
+    y[:, free] = _within_half(y[:, free], periods[free])
+    if robot.legs.base_joint is not None:
+        _turn_back(robot, y)
     turns = range(robot.n_a + robot.geometry.d, robot.n_a + robot.n_p)
     if len(turns) and not any(k in places for k in turns):
         y[:, turns] = _within_half_a_turn(y[:, turns])
     return y
+
+
+def _turn_back(robot: Robot, y: np.ndarray) -> None:
+    """Leaves out whole turns of passive joints at the base, in place."""
+    d, size = robot.geometry.d, robot.geometry.freedoms
+    for leg, free in enumerate(np.asarray(robot.legs.base_joint.free)):  # type: ignore[union-attr]
+        begin = robot.n_a + robot.n_p + leg * size + d
+        turns = begin + np.flatnonzero(free[d:])
+        # Up to two turn one after the other, three at once.
+        if len(turns) < 3:
+            y[:, turns] = _within_half(y[:, turns], np.full(len(turns), 2.0 * np.pi))
+        else:
+            y[:, turns] = _within_half_a_turn(y[:, turns])
+
+
+def _within_half(values: np.ndarray, periods: np.ndarray) -> np.ndarray:
+    """Up to half a period; what is as much as that has one sign, however it is rounded."""
+    return values - periods * np.round(values / periods - _APART)
 
 
 def _within_half_a_turn(vectors: np.ndarray) -> np.ndarray:

@@ -108,7 +108,7 @@ class Follower(NamedTuple):
             near = (new.status != Status.SOLVED) & (new.deviation < DEVIATION)
             ended = np.where(near, int(Status.NOT_CONVERGED), int(Status.LOST))
             ahead = stride[going] * np.max(np.abs(moved / taken), axis=1)
-            short = (stride[going] < _SHORTEST) & (ahead < _STILL)
+            short = (stride[going] < _SHORTEST) & (ahead < _STILL) & (progress[going] < 1.0)
             status[going[short]] = ended[short]
             going = going[(progress[going] < 1.0) & ~short]
         return now._replace(status=status)

@@ -39,7 +39,7 @@ def even_starts(robot: Robot, target, places, units, count: int, seed: int) -> n
     return y
 
 
-def recombined(robot: Robot, y, units, seed: int) -> np.ndarray:
+def recombined(robot: Robot, y, units, seed: tuple[int, int]) -> np.ndarray:
     """Starts with the legs of different solutions, their wrenches grown: towards higher modes.
 
     Solutions with strongly buckled rods attract few of the even starts.

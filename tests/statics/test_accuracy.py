@@ -100,6 +100,21 @@ def test_as_many_steps_as_it_takes():
     assert float(found.measures.unbalanced) < 5e-9
 
 
+def test_what_moves_far_with_more_steps_is_followed_anew():
+    """A rod that is curled up five times: 10 steps leave its tip so far off that no more of them
+    find anything from there."""
+    bend = 150.0
+    rod = kirchhoff_rod(PLANE, 0.2, 0.01, precurvature=bend)
+    leg = make_leg(PLANE, (0.0, 0.0), rod, feed=1.0, joint=clamped(PLANE))
+    turn = 0.2 * bend
+    home = (0.0,), (np.sin(turn) / bend, (1.0 - np.cos(turn)) / bend, turn)
+    robot = make_robot(PLANE, [leg], oriented=True, f_P=(0.0, 0.02), home=home)
+    rough, found = (cpr.solve_forward(robot, [0.0], steps=steps) for steps in (10, None))
+    assert float(rough.measures.unbalanced) > 1e-3
+    assert int(found.status) == cpr.Status.SOLVED
+    assert unbalanced(robot, found.y) < 1e-8
+
+
 def test_what_takes_more_steps_is_not_called_solved_in_a_batch():
     forces = jnp.array([2.0, 20.0])
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -9,9 +10,17 @@ from scipy.spatial.transform import Rotation
 import cpr_jax as cpr
 from cpr_jax.errors import InputError
 from cpr_jax.robots.catalogue import rfrfr_straight, three_rfr
+from cpr_jax.statics.residual import residual as residual_of
 from cpr_jax.statics.solve import solve_inverse
 from cpr_jax.statics.status import Status
-from cpr_jax.studies.equilibria import _within_half_a_turn, find_equilibria
+from cpr_jax.statics.unknowns import unravel
+from cpr_jax.studies.equilibria import (
+    _principal,
+    _within_half,
+    _within_half_a_turn,
+    find_equilibria,
+)
+from cpr_jax.studies.starts import recombined
 from tests.oracles.planar_shooting import PlanarRobot, energy, inverse, residual
 
 POINT = (0.1, 0.8)
@@ -145,6 +154,37 @@ def test_the_branch_of_the_home_is_found_however_few_the_starts():
 def test_mistakes_are_named(robot, options, field):
     with pytest.raises(InputError, match=f"`{field}`"):
         find_equilibria(robot, **options)
+
+
+def test_half_a_period_has_one_sign():
+    half = np.array([[np.pi - 1e-12], [-np.pi + 1e-12], [3.0 * np.pi]])
+    np.testing.assert_allclose(_within_half(half, np.array([2.0 * np.pi])), np.pi, atol=1e-11)
+
+
+@pytest.mark.parametrize("name", ["six_rus", "stewart_gough_clamped"])
+def test_whole_turns_of_passive_joints_make_no_other_equilibrium(name):
+    robot = getattr(cpr, name)()
+    y = np.random.default_rng(0).uniform(-0.4, 0.4, robot.n_y)
+    n_q, d, size = robot.n_a + robot.n_p, robot.geometry.d, robot.geometry.freedoms
+    turned = y.copy()
+    for leg, free in enumerate(np.asarray(robot.legs.base_joint.free)):
+        turns = n_q + leg * size + d + np.flatnonzero(free[d:])
+        turned[turns] += 2.0 * np.pi * (-1.0) ** leg
+    rows, same = (residual_of(robot, unravel(robot, jnp.asarray(each))) for each in (y, turned))
+    np.testing.assert_allclose(rows, same, rtol=0, atol=1e-9)
+    back = _principal(robot, np.stack([y, turned]), range(robot.n_a))
+    np.testing.assert_allclose(back[1], back[0], rtol=0, atol=1e-12)
+    assert np.max(np.abs(turned - y)) > 6.0
+
+
+def test_each_round_has_starts_of_its_own():
+    """Otherwise what one round has found would count as found again."""
+    robot = rfrfr_straight()
+    y = np.random.default_rng(1).uniform(-1.0, 1.0, (3, robot.n_y))
+    units = np.ones(robot.n_y)
+    first, second, again = (recombined(robot, y, units, (0, k)) for k in (0, 1, 0))
+    assert np.min(np.max(np.abs(first - second), axis=1)) > 1e-3
+    np.testing.assert_array_equal(first, again)
 
 
 @pytest.mark.parametrize("axes", [1, 3])

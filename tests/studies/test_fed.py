@@ -1,5 +1,7 @@
 """Rods that motors draw in to nothing: every study says so, as single solves do."""
 
+import dataclasses
+
 import jax
 import numpy as np
 import pytest
@@ -41,6 +43,14 @@ def test_a_map_ends_where_a_rod_does(robot):
     assert seen == {Status.SOLVED, Status.OUT_OF_REACH}
     drawn_in = np.asarray(column.q_a)[column.status.values == Status.SOLVED]
     assert np.all(drawn_in > -0.02)
+
+
+def test_a_search_finds_rods_that_are_there(robot):
+    """Many of its starts have drawn in a segment: their energy is no measure."""
+    homeless = dataclasses.replace(robot, home=None)
+    found = cpr.solve_inverse(homeless, (0.0, 0.21), throw=False)
+    assert int(found.status) == Status.SOLVED
+    assert np.all(np.asarray(found.q_a) > -0.02)
 
 
 def test_no_equilibrium_has_a_rod_of_negative_length(robot):
