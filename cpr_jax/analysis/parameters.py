@@ -155,6 +155,12 @@ def _entry(robot: Robot, label: str, field: str) -> Entry:
             f"Argument `{field}` must name numbers that the robot has, but {label!r} is not "
             f"among those of {robot.name} ({robot.n} legs)."
         )
+    turn = entry.path == "legs.screw" and entry.index[-1] % leaf.shape[-1] >= robot.geometry.d
+    if turn and not robot.legs.turns:
+        raise InputError(
+            f"Argument `{field}` must leave out {label!r}: no motor of {robot.name} turns its leg, "
+            "and rotations of its screws do not count, see `Leg.turns`."
+        )
     known = not isinstance(leaf, jax.core.Tracer)
     # By numpy: within a transformation JAX would trace what is known, too.
     if entry.reciprocal and known and np.asarray(leaf)[entry.index] == 0.0:

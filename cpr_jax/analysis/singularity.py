@@ -1,15 +1,16 @@
 """Singular curves: Type 1 and Type 2 loci, traced by continuation of an extended system."""
 
 import enum
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
 
+from ..errors import InputError
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
-from ..statics.problem import imposed_coordinates
+from ..statics.problem import coordinate_places, imposed_coordinates
 from ..statics.unknowns import unknown_scales
 from .singular_points import Lane
 from .tracer import Tracer
@@ -42,14 +43,14 @@ class SingularCurve(NamedTuple):
 
 def trace_curves(
     robot: Robot,
-    kind: SingularityType,
+    kind: SingularityType | str,
     starts: Float[np.ndarray, "starts n_y"],
     along: Float[np.ndarray, " starts"],
-    axes: tuple[int, int],
+    axes: tuple[int | str, int | str],
     *,
     box: Float[np.ndarray, "2 2"],
     spacing: float,
-    imposed: tuple[int, ...] | None = None,
+    imposed: Sequence[int | str] | None = None,
     belongs: Callable[[Float[np.ndarray, "k n_y"]], Bool[np.ndarray, " k"]] | None = None,
     max_points: int = 2000,
     steps: int = DEFAULT_STEPS,
@@ -64,23 +65,39 @@ def trace_curves(
 
     - `starts`: unknowns near a curve, SI units.
     - `along`: for each start, which of the two axes (0 or 1) may change while it is pulled.
-    - `axes`: the two entries of `(q_a, q_p)` that vary; other platform coordinates are held.
+    - `kind`: a `SingularityType`, or `"type-1"` or `"type-2"`.
+    - `axes`: the two coordinates that vary, by their names or their places in `(q_a, q_p)`; other
+        platform coordinates are held.
     - `box`: lower and upper corner; a curve ends at its first point outside.
     - `spacing`: wanted distance of the points in the axes' units.
-    - `imposed`: places in `(q_a, q_p)` of what an inverse problem imposes, by default the platform
-        coordinates.
+    - `imposed`: what an inverse problem imposes, likewise; by default the platform coordinates.
     - `belongs`: tells of dimensionless unknowns whether they are on the sheet that is of
         interest; a curve ends where it leaves it.
     """
+    try:
+        kind = SingularityType(kind)
+    except ValueError:
+        raise InputError(
+            f"Argument `kind` must be 'type-1' or 'type-2', but it is {kind!r}."
+        ) from None
+    first, second = _places(robot, axes, "axes")
+    places = imposed_coordinates(robot) if imposed is None else _places(robot, imposed, "imposed")
     units = np.asarray(unknown_scales(robot))
     if len(starts) == 0:
         return []
-    places = imposed_coordinates(robot) if imposed is None else imposed
     fixed = range(robot.n_a) if kind is SingularityType.TYPE_2 else places
-    tracer = Tracer(robot, fixed, axes, places, box, spacing, belongs, steps)
+    tracer = Tracer(robot, fixed, (first, second), places, box, spacing, belongs, steps)
     lanes = tracer.seeds(np.asarray(starts) / units, np.asarray(along))
     curves = tracer.trace(lanes, max_points)
     return [SingularCurve(points * units, closed) for points, closed in curves]
+
+
+def _places(robot: Robot, coordinates: Sequence[int | str], field: str) -> tuple[int, ...]:
+    """Places in `(q_a, q_p)` of coordinates that are given by these or by their names."""
+    return tuple(
+        coordinate_places(robot, [each], field)[0] if isinstance(each, str) else each
+        for each in coordinates
+    )
 
 
 def compile_tracing(

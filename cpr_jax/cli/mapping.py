@@ -8,6 +8,7 @@ import matplotlib
 import numpy as np
 import xarray as xr
 
+from ..errors import InputError
 from ..plotting.map_figure import figure_of_map
 from ..plotting.style import journal_style, save_figure
 from ..robots.robot import Robot
@@ -95,4 +96,9 @@ def _seed(robot: Robot, request: Request) -> Equilibrium | None:
         return solve_inverse(robot, request.point, imposed=request.imposed)
     if request.motors is not None:
         return solve_forward(robot, request.motors)
+    if robot.home is None:
+        raise InputError(
+            "Argument `--point` or `--motors` must say where the map begins, since the robot has "
+            "no [home]."
+        )
     return None

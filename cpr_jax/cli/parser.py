@@ -111,7 +111,8 @@ def build_parser() -> argparse.ArgumentParser:
         "--box",
         nargs=4,
         metavar=("LOW", "LOW", "HIGH", "HIGH"),
-        help="lower and upper corner (default: all within reach, half of it if symmetric)",
+        help="lower and upper corner (default: all within reach, half of it if symmetric; where a "
+        "motor slides or feeds, a rod length around the beginning)",
     )
     _add_limits(mapping)
     mapping.add_argument(

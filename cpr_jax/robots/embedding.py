@@ -1,7 +1,13 @@
 """A planar robot as one of space."""
 
+import dataclasses
+import re
+from operator import attrgetter
+
+import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from ..errors import InputError
 from ..geometry import SPACE
@@ -16,9 +22,37 @@ def in_space(robot: Robot) -> Robot:
 
     The rods get the same stiffness about all three axes. Joints of a point platform become
     spherical; those of a body, and passive joints at the base, keep to the normal of the plane.
+    Half ranges keep to their parameters.
+
+    **Raises:** `InputError` for a robot in space, and for a half range of a number in the place of
+    which there are several.
     """
     if robot.geometry.d != 2:
         raise InputError("Argument `robot` must be planar, but it is in space already.")
+    plain = dataclasses.replace(robot, uncertainty={})
+    spatial = _embedded(plain)
+    moved = {_label(plain, spatial, label): size for label, size in robot.uncertainty.items()}
+    return dataclasses.replace(spatial, uncertainty=moved)
+
+
+def _label(robot: Robot, spatial: Robot, label: str) -> str:
+    """What a parameter is called in space, where the arrays that paths lead to are larger."""
+    match = re.fullmatch(r"([a-z][\w.]*)\[([\d, ]*)\]", label)
+    if match is None:
+        return label
+    leaf = attrgetter(match[1])
+    index = tuple(int(part) for part in match[2].split(",") if part.strip())
+    changed = eqx.tree_at(leaf, robot, leaf(robot).at[index].add(1.0))
+    places = np.argwhere(np.asarray(leaf(_embedded(changed)) != leaf(spatial)))
+    if len(places) != 1:
+        raise InputError(
+            f"Argument `robot` must leave out the half range of {label!r}, in the place of which "
+            f"space has {len(places)} numbers."
+        )
+    return f"{match[1]}[{','.join(map(str, places[0]))}]"
+
+
+def _embedded(robot: Robot) -> Robot:
     # Local axes (tangent, normal in the plane, x): the cyclic rotation of the world's axes.
     to_plane = jnp.full((robot.n, 3), 2.0 * jnp.pi / 3.0 / jnp.sqrt(3.0))
 
@@ -97,7 +131,7 @@ def in_space(robot: Robot) -> Robot:
         m_P=jnp.pad(robot.m_P, (0, 2)),
         transmission=robot.transmission,
         home=home,
-        uncertainty=robot.uncertainty,
+        uncertainty={},
         name=f"{robot.name} in space",
         loads=None if loads is None else PointLoads(world(loads.position), world(loads.force)),
     )

@@ -4,7 +4,9 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..geometry import AbstractGeometry, Numbers, floats
+from ..checks import check_kind, check_vector
+from ..errors import check_integer
+from ..geometry import AbstractGeometry, Numbers, floats, namespace
 
 
 class Joint(eqx.Module):
@@ -53,12 +55,20 @@ def passive(
     position: Numbers | None = None,
     rotation: Numbers | None = None,
 ) -> BaseJoint:
-    """The freedoms of a joint at the base of a leg, see `BaseJoint`."""
+    """The freedoms of a joint at the base of a leg, see `BaseJoint`.
 
-    def vector(value, size):
-        return floats(np.zeros(size) if value is None else value)
+    **Raises:** `InputError` for shapes that do not fit, and what is not a joint.
+    """
+    check_kind("joint", joint, Joint, "a joint, such as `pivot(PLANE)` makes")
 
-    return BaseJoint(joint.free, vector(position, geometry.d), vector(rotation, geometry.r))
+    def vector(name, value, size):
+        if value is None:
+            return floats(np.zeros(size))
+        check_vector(name, value, size)
+        return floats(namespace(value).reshape(floats(value), size))
+
+    place = vector("position", position, geometry.d), vector("rotation", rotation, geometry.r)
+    return BaseJoint(joint.free, *place)
 
 
 def _joint(geometry: AbstractGeometry, translations: list[int], rotations: list[int]) -> Joint:
@@ -94,4 +104,5 @@ def swivel(geometry: AbstractGeometry) -> Joint:
 
 def slider(geometry: AbstractGeometry, axis: int = 0) -> Joint:
     """A prismatic joint along a local axis (0: the first axis of the platform's attachment)."""
+    check_integer("axis", axis, least=0, most=geometry.d - 1)
     return _joint(geometry, [axis], [])

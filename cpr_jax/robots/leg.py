@@ -5,7 +5,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..checks import check_kind, check_shape, check_vector
-from ..errors import InputError
+from ..errors import InputError, check_integer
 from ..geometry import AbstractGeometry, Numbers, floats, namespace
 from ..rods.rod import Rod
 from .joint import BaseJoint, Joint, pivot
@@ -52,7 +52,8 @@ def revolute_screw(geometry: AbstractGeometry) -> Float[Array, " freedoms"]:
 
 
 def prismatic_screw(geometry: AbstractGeometry, axis: int = 0) -> Float[Array, " freedoms"]:
-    """A motor that slides along a local axis."""
+    """A motor that slides along a local axis, counted from 0."""
+    check_integer("axis", axis, least=0, most=geometry.d - 1)
     return floats(np.eye(geometry.freedoms)[axis])
 
 
@@ -75,6 +76,7 @@ def make_leg(
     """A leg with the usual defaults: a revolute motor, a pivot, no rigid segments.
 
     `a`, `b` and `stroke` are vectors in the axes of the rod's ends, or lengths along its tangent.
+    A motor that feeds rod or has a stroke does nothing else unless `screw` is given.
 
     **Raises:** `InputError` for shapes that do not fit, and parts of the other geometry.
     """
@@ -111,12 +113,13 @@ def make_leg(
                 f"Argument `{name}` must be made for the geometry of the leg, {geometry!r}, but it "
                 "is for another."
             )
+    if screw is None:
+        alone = feed is None and stroke is None
+        screw = revolute_screw(geometry) if alone else np.zeros(geometry.freedoms)
     return Leg(
         base_position=vector("base_position", base_position, d),
         base_rotation=vector("base_rotation", base_rotation, r),
-        screw=revolute_screw(geometry)
-        if screw is None
-        else vector("screw", screw, geometry.freedoms),
+        screw=vector("screw", screw, geometry.freedoms),
         a=along_tangent("a", a),
         rod=rod,
         b=along_tangent("b", b),

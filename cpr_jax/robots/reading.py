@@ -10,6 +10,7 @@ from ..errors import InputError, shown
 from .frame import Frame
 from .labels import AXES, ROTATION_AXES, is_part_of, parameter_dimension
 from .magnitudes import magnitudes
+from .missing import missing
 from .reading_legs import read_leg
 from .reading_motors import read_motors
 from .reading_platform import read_platform
@@ -109,6 +110,10 @@ def _robot(file: Table) -> RobotSpecification:
             segments = [len(leg.segments) for leg in legs]
             dimension = parameter_dimension(label, geometry, segments, entry.field)
             uncertainty[label] = entry.quantity(dimension, Sign.POSITIVE)
+            if reason := missing(label, platform.kind, legs, gravity):
+                raise InputError(
+                    f"Argument `{entry.field}` must vary a number that the robot has, but {reason}."
+                )
         for one, other in itertools.permutations(uncertainty, 2):
             if is_part_of(other, one):
                 raise table.entry(other).error(

@@ -12,6 +12,7 @@ from jaxtyping import Array, Float
 from ..checks import check_finite, check_positive, check_shape, check_vector
 from ..errors import InputError, shown
 from ..geometry import AbstractGeometry, Components, Numbers, floats, namespace, unchanged
+from .joint import Joint
 from .leg import Leg
 from .stacking import stack, turns_any
 
@@ -173,14 +174,20 @@ def make_robot(
             check_finite(name, value)
         return floats(np.zeros(size) if value is None else value)
 
+    if not oriented:
+        for i, leg in enumerate(legs):
+            _check_round(leg.joint, d, i)
     for k, load in enumerate(loads):
         for part in load:
             check_shape(f"loads[{k}]", part, (d,))
+            check_finite(f"loads[{k}]", part)
     ways = floats(np.eye(len(legs)) if transmission is None else transmission)
     if ways.ndim != 2 or len(ways) != len(legs):
         check_shape("transmission", ways, (len(legs), ways.shape[-1] if ways.ndim else 1))
     for label, half_range in (uncertainty or {}).items():
         check_positive(f"uncertainty[{label!r}]", half_range, or_zero=True)
+        check_finite(f"uncertainty[{label!r}]", half_range)
+    check_finite("transmission", ways)
     stacked = stack(legs)
     for place, leaf in jax.tree_util.tree_leaves_with_path(stacked):
         check_finite(f"legs{jax.tree_util.keystr(place)}", leaf)
@@ -210,6 +217,18 @@ def make_robot(
         name=name,
         loads=_point_loads(loads) if loads else None,
     )
+
+
+def _check_round(joint: Joint, d: int, leg: int) -> None:
+    """Refuses a joint that would refer to the orientation of a point platform, which has none."""
+    if isinstance(joint.free, jax.core.Tracer):
+        return
+    free = np.asarray(joint.free)
+    if np.any(free[:d]) or not np.all(free[d:]):
+        raise InputError(
+            f"Argument `legs` must have joints that are free to turn, and only that, at a point "
+            f"platform (`spherical`), but leg {leg + 1} has another."
+        )
 
 
 def _point_loads(loads: Sequence[tuple[Numbers, Numbers]]) -> PointLoads:

@@ -77,7 +77,8 @@ def kirchhoff_rod(
 
     - `length`: m.
     - `k_b`: bending stiffness, N·m²; in space `(k_t, k_2, k_3)`, or one number for all three.
-    - `precurvature`: `1 / r_c`, 1/m; in space a vector, or one number for the axis 3.
+    - `precurvature`: `1 / r_c`, 1/m; in space a vector, or one number for the axis 3. Where that is
+        positive, the tangent turns towards axis 2: in the plane to the left.
     - `force`, `moment`: distributed dead load in world axes, N/m and N.
 
     **Raises:** `InputError` for shapes that do not fit, and lengths and stiffnesses that are not

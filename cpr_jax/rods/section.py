@@ -74,7 +74,8 @@ def rectangle(width: float, height: float) -> Section:
     """
     check_positive("width", width)
     check_positive("height", height)
-    long, short = max(width, height), min(width, height)
+    xp = namespace(width, height)
+    long, short = xp.maximum(width, height), xp.minimum(width, height)
     ratio = short / long
     torsion = long * short**3 * (1.0 / 3.0 - 0.21 * ratio * (1.0 - ratio**4 / 12.0))
     return Section(

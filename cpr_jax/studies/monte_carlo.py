@@ -71,7 +71,8 @@ def monte_carlo(
 
     - `samples`, `seed`: the samples of a seed do not depend on how many there are.
     - `parameters`, `delta`: as in `sensitivity`.
-    - `distribution`: `"gaussian"`, `"ellipsoid"` or `"box"`.
+    - `distribution`: `"gaussian"` with standard deviations of a third of the half ranges, as in the
+        paper, or uniform in the `"ellipsoid"` (11) or the `"box"` (6).
     - `prediction`: `"tangent"` or `"second-order"`.
     - `keep`: how many samples to keep; the counts are of all of them.
     - `tolerance`: error of a rod's tip, in lengths of the rod, from which the integration steps

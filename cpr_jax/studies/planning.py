@@ -56,7 +56,8 @@ def plan_path(
         with `symmetry=False`.
     - `start`, `goal`: values of the map's two coordinates, SI units.
     - `cost`: a variable of the map, or one made of them, per unit of length: the path is one of the
-        least integral. With `None` it is the shortest path.
+        least integral. With `None` it is the shortest path, as it is by default in a map without
+        sensitivities.
     - `allowed`: true where it may go, such as `dataset["sigma_t2"] > 0.01`: obstacles are not.
     - `unstable`: whether unstable cells are allowed, for a platform that something else holds.
     - `radian`: what a radian counts for in metres, where one axis is an angle and the other is not.

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from cpr_jax.analysis.singularity import SingularityType, trace_curves
+from cpr_jax.errors import InputError
 from cpr_jax.robots.catalogue import rfrfr
 from cpr_jax.statics.residual import residual
 from cpr_jax.statics.solve import solve_inverse
@@ -111,6 +112,17 @@ def test_t1_is_the_upper_edge(robot):
     assert curve.y[:, 3].min() < 0.1
     reach = [np.linalg.norm(curve.y[:, 2:4] - [side, 0.0], axis=1).max() for side in (-0.1, 0.1)]
     assert max(reach) < 0.33 + 1e-9
+
+
+def test_names_are_as_good_as_places(robot, t2):
+    start = solve_inverse(robot, (0.05, 0.027)).y
+    options = {"box": np.array([[0.01, -0.07], [0.25, 0.35]]), "spacing": 0.004, "steps": STEPS}
+    at = np.asarray(start)[None], np.array([1])
+    named = trace_curves(robot, "type-2", *at, ("y", "z"), imposed=("y", "z"), **options)
+    np.testing.assert_array_equal(named[0].y, t2[0].y)
+    for kind, axes, field in (("type 2", ("y", "z"), "kind"), ("type-2", ("x", "z"), "axes")):
+        with pytest.raises(InputError, match=f"`{field}` must"):
+            trace_curves(robot, kind, *at, axes, **options)
 
 
 def test_without_starts_there_are_no_curves(robot):

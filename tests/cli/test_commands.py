@@ -113,6 +113,19 @@ def test_unreachable_point_is_exit_code_3(capsys):
     assert "Positions are in metres" in err
 
 
+def test_a_map_of_a_robot_without_a_home_needs_a_beginning(capsys, tmp_path):
+    """The message names what the command has."""
+    text = (EXAMPLES / "rfrfr.toml").read_text()
+    begin, home, rest = text.partition("[home]")
+    bare = begin + rest[rest.index("[defaults.leg]") :]
+    assert home
+    file = tmp_path / "robot.toml"
+    file.write_text(bare)
+    code, _, err = run(capsys, "workspace", str(file), "--out", str(tmp_path / "map"))
+    assert code == 2
+    assert "`--point` or `--motors` must" in err and err.count("\n") == 1
+
+
 def test_robots(capsys):
     code, out, _ = run(capsys, "robots", "--json")
     assert code == 0

@@ -1,10 +1,14 @@
 """Planar robots in space: whatever a leg or a platform has is embedded with it."""
 
+import dataclasses
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from cpr_jax.analysis.parameters import select
+from cpr_jax.errors import InputError
 from cpr_jax.geometry import PLANE, SPACE
 from cpr_jax.robots.embedding import in_space
 from cpr_jax.robots.joint import clamped, passive, pivot, slider
@@ -116,6 +120,28 @@ def test_what_is_embedded(pair):
     np.testing.assert_array_equal(spatial.loads.position[:, 1:], robot.loads.position)
     np.testing.assert_array_equal(spatial.loads.force[:, 0], 0.0)
     np.testing.assert_array_equal(spatial.home.q_p, [0.0, 0.01, 0.2, 0.1, 0.0, 0.0])
+
+
+def test_half_ranges_keep_to_their_parameters(pair):
+    """What a path leads to has another place in space, and the same influence."""
+    robot, _ = pair
+    names = {
+        "l1": "l1",
+        "f_P_y": "f_P_y",
+        "legs.attachment_position[0,0]": "legs.attachment_position[0,1]",
+        "legs.rod.precurvature[1,0]": "legs.rod.precurvature[1,2]",
+        "legs.b[0,1]": "legs.b[0,1]",
+    }
+    ranges = {name: 1e-3 * (k + 1) for k, name in enumerate(names)}
+    spatial = in_space(dataclasses.replace(robot, uncertainty=ranges))
+    moved = {name: float(size) for name, size in spatial.uncertainty.items()}
+    assert moved == {names[name]: size for name, size in ranges.items()}
+    for flat, name in names.items():
+        in_plane, there = (select(r, [n]).get(r) for r, n in ((robot, flat), (spatial, name)))
+        np.testing.assert_array_equal(in_plane, there)
+    doubtful = dataclasses.replace(robot, uncertainty={"legs.rod.curvature_compliance[0,0]": 1.0})
+    with pytest.raises(InputError, match="space has 3 numbers"):
+        in_space(doubtful)
 
 
 def test_what_a_robot_lacks_it_lacks_in_space():

@@ -73,6 +73,17 @@ MISTAKES = {
     "m_P` must be left out": lambda: cpr.make_robot(
         PLANE, [planar_leg()] * 2, oriented=False, m_P=(0.1,)
     ),
+    "legs` must have joints": lambda: cpr.make_robot(
+        SPACE, [leg(joint=cpr.universal(SPACE))] * 3, oriented=False
+    ),
+    "transmission` must be finite": lambda: robot(transmission=np.full((3, 3), np.nan)),
+    "loads[0]` must be finite": lambda: robot(loads=[((0.0, 0.0, np.inf), (0.0, 0.0, -1.0))]),
+    "uncertainty['l1']` must be finite": lambda: robot(uncertainty={"l1": np.inf}),
+    "axis": lambda: cpr.slider(PLANE, axis=2),
+    "axis` must be an integer": lambda: cpr.prismatic_screw(SPACE, axis=-1),
+    "position": lambda: cpr.passive(SPACE, cpr.universal(SPACE), position=0.1),
+    "rotation": lambda: cpr.passive(SPACE, cpr.universal(SPACE), rotation=(0.0, np.pi)),
+    "joint` must be a joint, such": lambda: cpr.passive(SPACE, "universal"),
     "geometry": lambda: cpr.kirchhoff_rod("plane", 0.3, 0.1),
     "joint` must be a joint": lambda: cpr.make_leg(SPACE, (0, 0, 0), rod(), joint=cpr.pivot),
     "base_joint` must be a joint": lambda: leg(base_joint=cpr.spherical(SPACE)),

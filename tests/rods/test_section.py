@@ -1,5 +1,6 @@
 """Sections, materials and the rods made from them."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -35,6 +36,16 @@ def test_second_moments_of_a_rectangle_by_quadrature():
     # Bending about axis 3 stretches along axis 2, of extent `width`.
     assert pytest.approx(second(2, 0)) == section.I_3
     assert pytest.approx(second(0, 2)) == section.I_2
+
+
+def test_a_width_may_be_designed():
+    """`I_3 = h w³ / 12`, so that its slope is `h w² / 4`, inside of a program too."""
+    slope = jax.jit(jax.grad(lambda width: rectangle(width, 0.2).I_3))(0.3)
+    assert slope == pytest.approx(0.2 * 0.3**2 / 4.0)
+    slopes = jax.grad(lambda width: rectangle(width, 0.2).J)
+    step = 1e-6
+    by_hand = (rectangle(0.3 + step, 0.2).J - rectangle(0.3 - step, 0.2).J) / (2.0 * step)
+    assert slopes(0.3) == pytest.approx(by_hand, rel=1e-7)
 
 
 @pytest.mark.parametrize("ratio", [1.0, 0.7, 0.3, 0.05])

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 import cpr_jax as cpr
+from cpr_jax.analysis.parameters import select
 from cpr_jax.errors import InputError
 from cpr_jax.geometry import PLANE
 from cpr_jax.robots.joint import clamped
-from cpr_jax.robots.leg import make_leg
+from cpr_jax.robots.leg import make_leg, revolute_screw
 from cpr_jax.robots.robot import make_robot
 from cpr_jax.rods.rod import Rod, kirchhoff_rod
 from cpr_jax.statics.correction import linearised
@@ -47,7 +48,7 @@ def robot():
     legs = [
         make_leg(PLANE, (-0.2, 0.1), rod(0.4, 0.5), screw=slides, a=0.02, b=0.03, feed=0.0),
         make_leg(PLANE, (0.2, -0.1), rod(0.5, -0.5), screw=still, joint=clamped(PLANE), feed=1.0),
-        make_leg(PLANE, (0.4, 0.3), rod(0.45, 0.3), a=0.02, feed=0.2),
+        make_leg(PLANE, (0.4, 0.3), rod(0.45, 0.3), a=0.02, screw=revolute_screw(PLANE), feed=0.2),
     ]
     turned = [0.7, 1.9, 3.0]
     legs = [
@@ -133,6 +134,18 @@ def test_a_rod_that_is_drawn_in_completely_is_no_solution():
     gone = solve_forward(cantilever, [-0.21], throw=False)
     assert int(gone.status) == Status.OUT_OF_REACH
     assert np.all(np.isnan(gone.q_p))
+
+
+def test_a_motor_that_feeds_turns_nothing_by_itself():
+    leg = make_leg(PLANE, (0.0, 0.0), kirchhoff_rod(PLANE, 0.2, 0.02), feed=1.0)
+    np.testing.assert_array_equal(leg.screw, 0.0)
+    telescopic = make_leg(PLANE, (0.0, 0.0), kirchhoff_rod(PLANE, 0.2, 0.02), stroke=1.0)
+    np.testing.assert_array_equal(telescopic.screw, 0.0)
+    robot = make_robot(PLANE, [leg, telescopic], oriented=False)
+    assert not robot.legs.turns
+    with pytest.raises(InputError, match=r"`parameters` must leave out 'legs.screw\[0,2\]'"):
+        select(robot, ["legs.screw[0,2]"])
+    select(robot, ["legs.screw[0,1]"])
 
 
 def test_motors_that_turn_nothing_are_spared_its_derivatives(robot):
