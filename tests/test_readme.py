@@ -48,6 +48,21 @@ def test_python_block_of_paths_and_designs(capsys, tmp_path, monkeypatch):
     plt.close("all")
 
 
+def test_a_robot_of_ones_own(capsys):
+    """The solve holds, and the slope of the energy is that of two more solves."""
+    page = (ROOT / "docs" / "robots-in-python.md").read_text()
+    names: dict = {}
+    exec(re.search(r"<!-- own -->\n```python\n(.*?)```", page, re.DOTALL)[1], names)
+    slope = float(_arrays(capsys)[-1])
+    step = 1e-6
+    ends = [
+        cpr_jax.solve_inverse(names["build"](0.002 + sign * step), (0.01, -0.01, 0.1))
+        for sign in (1.0, -1.0)
+    ]
+    by_hand = float(ends[0].measures.energy - ends[1].measures.energy) / (2.0 * step)
+    assert slope == pytest.approx(by_hand, rel=1e-5)
+
+
 def test_python_block_in_space(capsys):
     exec(block("python-space"), {"cpr": cpr_jax})
     lines = [np.array(line.strip("[]").split(), float) for line in _arrays(capsys)]
