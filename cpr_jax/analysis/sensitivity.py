@@ -183,5 +183,6 @@ def check_belongs(robot: Robot, equilibrium: Equilibrium, residual: Float[Array,
     if left > max(_STRANGE, 10.0 * float(equilibrium.measures.unbalanced)):
         raise InputError(
             f"Argument `equilibrium` must be one of {robot.name} as it is now, but leaves a "
-            f"residual of {left:.1g}: solve for this robot, with it as `guess`."
+            f"residual of {left:.1g}: solve for this robot, with it as `guess`, or give as many "
+            "`steps` as it took."
         )

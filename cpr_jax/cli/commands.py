@@ -12,6 +12,7 @@ from ..analysis.sensitivity import Sensitivity
 from ..analysis.sensitivity import sensitivity as analyse
 from ..errors import InputError
 from ..robots.robot import Robot
+from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium
 from ..statics.unknowns import unknown_labels, unknown_units
 from .inputs import Request
@@ -43,7 +44,8 @@ def solve(request: Request, as_json: bool) -> int:
 def sensitivity(request: Request, hold: str, as_json: bool) -> int:
     """Prints Π_p, the kernel and the ellipsoids of the end-effector."""
     robot, equilibrium = solve_request(request, as_json)
-    result = analyse(robot, equilibrium, request.parameters, request.delta, hold)
+    steps = request.steps or DEFAULT_STEPS
+    result = analyse(robot, equilibrium, request.parameters, request.delta, hold, steps)
     if as_json:
         print_json(
             {
@@ -117,6 +119,7 @@ def monte_carlo(
         folder=None if out is None else f"{out}.parts",
         resume=resume,
         save=save,
+        steps=request.steps,
         progress=sys.stderr.isatty(),
     )
     if out is not None:

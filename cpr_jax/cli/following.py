@@ -12,6 +12,7 @@ import xarray as xr
 from ..atomic import write_atomically
 from ..plotting.style import journal_style, save_figure
 from ..plotting.trajectory import plot_trajectory
+from ..rods.integration import DEFAULT_STEPS
 from ..statics.status import SolveError, Status
 from ..studies.limits import Limits
 from ..studies.results import save_dataset
@@ -40,6 +41,7 @@ def trajectory(request: Request, options: PathRequest, as_json: bool) -> int:
             parameters=request.parameters,
             delta=request.delta,
             limits=Limits(torque=options.max_torque, moment=options.max_moment),
+            steps=request.steps or DEFAULT_STEPS,
         )
     except SolveError as error:
         raise NoSolution(f"The first waypoint: {error}") from None

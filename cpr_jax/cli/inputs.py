@@ -24,6 +24,7 @@ class Request:
     - `point`, `motors`: one of them, SI units.
     - `imposed`: names of the coordinates of `point`, or `None` for all of the platform's.
     - `parameters`, `delta`: labels and half ranges, or `None`.
+    - `steps`: integration steps along each rod, or `None`.
     """
 
     robot: CatalogueEntry | RobotSpecification
@@ -32,6 +33,7 @@ class Request:
     imposed: tuple[str, ...] | None
     parameters: tuple[str, ...] | None
     delta: dict[str, float] | None
+    steps: int | None
 
 
 def check(arguments: argparse.Namespace) -> Request:
@@ -58,6 +60,7 @@ def check(arguments: argparse.Namespace) -> Request:
         imposed=imposed,
         parameters=None if names is None else tuple(names),
         delta=_half_ranges(getattr(arguments, "delta", None), geometry, segments),
+        steps=None if arguments.steps is None else positive_integer("--steps", arguments.steps),
     )
 
 

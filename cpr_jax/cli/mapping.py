@@ -12,6 +12,7 @@ from ..errors import InputError
 from ..plotting.map_figure import figure_of_map
 from ..plotting.style import journal_style, save_figure
 from ..robots.robot import Robot
+from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium
 from ..statics.solve import solve_forward, solve_inverse
 from ..statics.status import SolveError, Status
@@ -40,6 +41,7 @@ def workspace(request: Request, options: MapRequest, as_json: bool) -> int:
             parameters=request.parameters,
             delta=request.delta,
             limits=Limits(torque=options.max_torque, moment=options.max_moment),
+            steps=request.steps or DEFAULT_STEPS,
             out=out,
             resume=options.resume,
             progress=sys.stderr.isatty(),
@@ -93,9 +95,10 @@ def _spacing(given: tuple[float, ...] | None) -> float | tuple[float, ...] | Non
 
 def _seed(robot: Robot, request: Request) -> Equilibrium | None:
     if request.point is not None:
-        return solve_inverse(robot, request.point, imposed=request.imposed)
+        imposed, steps = request.imposed, request.steps
+        return solve_inverse(robot, request.point, imposed=imposed, steps=steps)
     if request.motors is not None:
-        return solve_forward(robot, request.motors)
+        return solve_forward(robot, request.motors, steps=request.steps)
     if robot.home is None:
         raise InputError(
             "Argument `--point` or `--motors` must say where the map begins, since the robot has "

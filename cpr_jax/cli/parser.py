@@ -87,6 +87,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     where.add_argument("--motors", nargs="+", metavar="Q", help="start at these motor positions")
     _add_imposed(mapping)
+    _add_steps(mapping)
     _add_parameters(mapping)
     mapping.add_argument("--out", default="workspace", metavar="DIR", help="default: workspace")
     mapping.add_argument(
@@ -132,6 +133,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     through.add_argument("--file", metavar="FILE", help="waypoints, one a line (CSV)")
     _add_imposed(path)
+    _add_steps(path)
     _add_parameters(path)
     path.add_argument("--out", default="trajectory", metavar="DIR", help="default: trajectory")
     path.add_argument(
@@ -169,6 +171,7 @@ def _add_robot(parser: argparse.ArgumentParser) -> None:
     )
     where.add_argument("--motors", nargs="+", metavar="Q", help="motor positions")
     _add_imposed(parser)
+    _add_steps(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
 
@@ -178,6 +181,15 @@ def _add_imposed(parser: argparse.ArgumentParser) -> None:
         metavar="NAME,...",
         help="coordinates that the motors impose, as many as motors, such as x,y,z or y,phi_P_x,q3 "
         "(default: those of the platform)",
+    )
+
+
+def _add_steps(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--steps",
+        metavar="N",
+        help="integration steps along each rod or segment (default: as many as a solve needs, 10 "
+        "in maps and on paths)",
     )
 
 

@@ -51,9 +51,10 @@ def solve_request(request: Request, as_json: bool) -> tuple[Robot, Equilibrium]:
     robot = load(request.robot)
     try:
         if request.point is not None:
-            return robot, solve_inverse(robot, request.point, imposed=request.imposed)
+            imposed, steps = request.imposed, request.steps
+            return robot, solve_inverse(robot, request.point, imposed=imposed, steps=steps)
         assert request.motors is not None
-        return robot, solve_forward(robot, request.motors)
+        return robot, solve_forward(robot, request.motors, steps=request.steps)
     except SolveError as error:
         assert isinstance(error.equilibrium, Equilibrium)
         if as_json:

@@ -37,6 +37,24 @@ def test_solve_forward_and_a_robot_file(capsys):
     np.testing.assert_allclose(json.loads(out)["q_p"], (0.0, 0.2), atol=1e-9)
 
 
+def test_steps_reach_every_solve(capsys, tmp_path):
+    """Few of them are seen in a solve, and in what a map and a path tell of them."""
+    case = "rfrfr", "--point", "0", "0.2", "--json"
+    rough, fine = (json.loads(run(capsys, "solve", *case, "--steps", n)[1]) for n in "29")
+    apart = np.abs(np.subtract(rough["q_a"], fine["q_a"]))
+    assert 1e-9 < np.max(apart) < 1e-2
+    exact = CASES["rfrfr_paper"]["inverse"]["q_rad"]
+    np.testing.assert_allclose(fine["q_a"], exact, rtol=0, atol=1e-3 * np.max(apart))
+    box = "--box", "0mm", "180mm", "60mm", "240mm", "--spacing", "20mm"
+    path = "--via", "0", "200mm", "--via", "10mm", "200mm", "--spacing", "10mm"
+    for command, options, name in (("workspace", box, "map"), ("trajectory", path, "trajectory")):
+        out = tmp_path / command
+        code, *_ = run(capsys, command, "rfrfr", *options, "--steps", "5", "--out", str(out))
+        assert code == 0
+        with xr.open_dataset(out / f"{name}.nc", engine="h5netcdf") as dataset:
+            assert 1e-10 < float(dataset["tip_error"].max()) < 1e-5
+
+
 def test_units_and_negative_quantities(capsys):
     code, out, _ = run(capsys, "solve", "rfrfr", "--point", "-50mm", "150 mm", "--json")
     assert code == 0

@@ -19,6 +19,11 @@ MISTAKES = [
     (("solve", "nothing", *GOOD_POINT), "ROBOT"),
     (("solve", "nothing.toml", *GOOD_POINT), "nothing.toml"),
     (("solve", "/", *GOOD_POINT), "/"),
+    (("solve", "rfrfr", *GOOD_POINT, "--steps", "0"), "--steps"),
+    (
+        ("trajectory", "rfrfr", "--via", "0", "0.2", "--via", "0", "0.1", "--steps", "2.5"),
+        "--steps",
+    ),
     (("solve", "rfrfr", "--point", "0"), "--point"),
     (("solve", "rfrfr", "--point", "0", "0.2", "0"), "--point"),
     (("solve", "rfrfr", "--point", "0", "nan"), "--point"),
