@@ -32,6 +32,9 @@ from ..statics.unknowns import unknown_scales, unravel
 _POLISHED = 3
 """How often a cell is looked at again, each time a step of Newton's method further."""
 
+_FINER = 12, 8
+"""Order and least substeps of half as many steps: as much work as usual ones, and more accurate."""
+
 Array: TypeAlias = jaxtyping.Array | np.ndarray
 
 
@@ -50,7 +53,7 @@ class Cell(NamedTuple):
     - `unstable`: number of unstable directions, see `stability`.
     - `residual`: largest entry of the dimensionless `R₀`, before a last step of Newton's method.
     - `tip_error`: estimated error of the integration at the rods' tips, in rod lengths: by how much
-        steps of the next order end elsewhere.
+        half as many steps of order 12 end elsewhere.
     """
 
     q_a: Float[Array, " n_a"]
@@ -112,7 +115,7 @@ def _look(robot: Robot, selection: Selection, delta, y, imposed, steps: int) -> 
     stretch, _ = row_axes(J)
     tips = jax.tree.map(lambda leaf: jnp.moveaxis(leaf, 0, -1), pieces.tip)
     R_0 = residual_in_world(robot, unravel(robot, y), tips)
-    rods = integrated(robot, y, Scheme(steps, Scheme(steps).order + 2))
+    rods = integrated(robot, y, Scheme((steps + 1) // 2, *_FINER))
     error = _tip_error(robot, y, tips, rods)
     energy, bows = total_energy(robot, y, rods), bows_of(robot, y, rods)
     counted = count_unstable(robot, y, pieces)
