@@ -4,14 +4,22 @@ They are started as JAX starts them: each calls `jax.distributed.initialize` and
 same program. On CPUs set `jax_cpu_collectives_implementation` to `"gloo"` before.
 """
 
+import itertools
 from collections.abc import Sequence
 from typing import TypeVar
 
 import jax
 import numpy as np
+from jax._src import distributed
 from jax.experimental import multihost_utils
 
 _Item = TypeVar("_Item")
+
+_LONGEST = 10**9
+"""For how long processes wait for one another, ms: eleven days."""
+
+_turn = itertools.count()
+"""How often they have; all processes run the same program."""
 
 
 def own_share(items: Sequence[_Item]) -> list[_Item]:
@@ -32,8 +40,17 @@ def gathered(own: np.ndarray, total: int) -> np.ndarray:
         return own
     rows = np.zeros((-(-total // count), *own.shape[1:]), own.dtype)
     rows[: len(own)] = own
+    _wait_for_all()
     everybody = np.asarray(multihost_utils.process_allgather(rows))
     return everybody.swapaxes(0, 1).reshape(-1, *own.shape[1:])[:total]
+
+
+def _wait_for_all() -> None:
+    """Until all processes are here. Collective operations give the slowest one half a minute."""
+    # JAX has no public name for it; its own checkpoints wait like this.
+    client = distributed.global_state.client
+    if client is not None:
+        client.wait_at_barrier(f"cpr_jax-{next(_turn)}", _LONGEST)
 
 
 def gathered_tables(own: list[np.ndarray], shape: tuple[int, int], total: int) -> np.ndarray:

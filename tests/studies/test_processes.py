@@ -1,5 +1,7 @@
 """Processes that share a study, and a study that is interrupted: the numbers of one run."""
 
+import socket
+import subprocess
 import sys
 
 import numpy as np
@@ -17,6 +19,39 @@ def test_two_processes_give_the_numbers_of_one_to_both(folder, alone):
     for study in run(folder, processes=2):
         for name in alone.keys() - {"cells"}:
             np.testing.assert_array_equal(study[name], alone[name], err_msg=name)
+
+
+WAITING = """
+import sys, time
+import jax
+jax.config.update("jax_enable_x64", True)
+jax.config.update("jax_num_cpu_devices", 1)
+jax.config.update("jax_cpu_collectives_implementation", "gloo")
+number = int(sys.argv[1])
+jax.distributed.initialize("localhost:" + sys.argv[2], 2, number)
+import numpy as np
+from cpr_jax.studies.processes import gathered, own_share
+rows = np.array([[float(item)] for item in own_share(range(5))])
+time.sleep(40.0 * number)
+for _ in range(2):
+    np.testing.assert_array_equal(gathered(rows, 5), np.arange(5.0)[:, None])
+"""
+
+
+def test_a_slow_process_is_waited_for():
+    """However long it takes; what gathers the numbers gives up after half a minute."""
+    with socket.socket() as free:
+        free.bind(("localhost", 0))
+        port = str(free.getsockname()[1])
+    started = [
+        subprocess.Popen(
+            [sys.executable, "-c", WAITING, str(k), port], stderr=subprocess.PIPE, text=True
+        )
+        for k in range(2)
+    ]
+    for process in started:
+        _, errors = process.communicate(timeout=200)
+        assert process.returncode == 0, errors[-3000:]
 
 
 @pytest.fixture(scope="module")
