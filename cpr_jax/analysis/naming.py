@@ -6,7 +6,7 @@ from operator import attrgetter
 import jax
 import numpy as np
 
-from ..robots.labels import segment_missing
+from ..robots.labels import path_of, segment_missing
 from ..robots.robot import Robot
 from .entries import LENGTH, BendingStiffness, Common, Entry, SegmentLength
 
@@ -25,7 +25,6 @@ _AXIS = {
     "base": ("legs.base_position", "m"),
     "f": ("legs.rod.force", "N/m"),
 }
-_PATH = re.compile(r"([a-z][\w.]*)\[([\d, ]*)\]")
 _LEG_LABEL = re.compile(r"(k_b|k_t|k_2|k_3|r_c|kappa|l|a|b)(\d*)(?:_(\d+))?")
 _AXIS_LABEL = re.compile(r"(base|f)(\d+)(?:_(\d+))?_([xyz])")
 _LOAD_LABEL = re.compile(r"(f_P|m_P)_([xyz])")
@@ -98,8 +97,5 @@ def _index(number: str) -> int:
 
 
 def by_path(label: str) -> Entry | None:
-    match = _PATH.fullmatch(label)
-    if match is None:
-        return None
-    index = tuple(int(part) for part in match[2].split(",") if part.strip())
-    return Entry(label, match[1], index, False, "SI")
+    place = path_of(label)
+    return None if place is None else Entry(label, *place, False, "SI")

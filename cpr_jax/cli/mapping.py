@@ -14,13 +14,12 @@ from ..plotting.style import journal_style, save_figure
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium
-from ..statics.solve import solve_forward, solve_inverse
 from ..statics.status import SolveError, Status
 from ..studies.limits import Limits
 from ..studies.workspace import workspace_map
 from .inputs import Request
 from .map_inputs import MapRequest
-from .session import NoSolution, load, print_json, start_jax
+from .session import NoSolution, load, print_json, solved, start_jax
 
 
 def workspace(request: Request, options: MapRequest, as_json: bool) -> int:
@@ -94,11 +93,8 @@ def _spacing(given: tuple[float, ...] | None) -> float | tuple[float, ...] | Non
 
 
 def _seed(robot: Robot, request: Request) -> Equilibrium | None:
-    if request.point is not None:
-        imposed, steps = request.imposed, request.steps
-        return solve_inverse(robot, request.point, imposed=imposed, steps=steps)
-    if request.motors is not None:
-        return solve_forward(robot, request.motors, steps=request.steps)
+    if request.point is not None or request.motors is not None:
+        return solved(robot, request)
     if robot.home is None:
         raise InputError(
             "Argument `--point` or `--motors` must say where the map begins, since the robot has "

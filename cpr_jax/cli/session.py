@@ -42,6 +42,15 @@ def load(entry: CatalogueEntry | RobotSpecification) -> Robot:
     return robot_from_specification(entry)
 
 
+def solved(robot: Robot, request: Request) -> Equilibrium:
+    """The equilibrium at the point or the motors of a request, which has one of them."""
+    if request.point is not None:
+        imposed, steps = request.imposed, request.steps
+        return solve_inverse(robot, request.point, imposed=imposed, steps=steps)
+    assert request.motors is not None
+    return solve_forward(robot, request.motors, steps=request.steps)
+
+
 def solve_request(request: Request, as_json: bool) -> tuple[Robot, Equilibrium]:
     """The equilibrium that a request asks for.
 
@@ -50,11 +59,7 @@ def solve_request(request: Request, as_json: bool) -> tuple[Robot, Equilibrium]:
     start_jax()
     robot = load(request.robot)
     try:
-        if request.point is not None:
-            imposed, steps = request.imposed, request.steps
-            return robot, solve_inverse(robot, request.point, imposed=imposed, steps=steps)
-        assert request.motors is not None
-        return robot, solve_forward(robot, request.motors, steps=request.steps)
+        return robot, solved(robot, request)
     except SolveError as error:
         assert isinstance(error.equilibrium, Equilibrium)
         if as_json:

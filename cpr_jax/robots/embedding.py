@@ -1,7 +1,6 @@
 """A planar robot as one of space."""
 
 import dataclasses
-import re
 from operator import attrgetter
 
 import equinox as eqx
@@ -13,6 +12,7 @@ from ..errors import InputError
 from ..geometry import SPACE
 from ..rods.rod import Rod, Segments
 from .joint import BaseJoint, Joint
+from .labels import path_of
 from .leg import Leg
 from .robot import Home, PointLoads, Robot
 
@@ -37,11 +37,11 @@ def in_space(robot: Robot) -> Robot:
 
 def _label(robot: Robot, spatial: Robot, label: str) -> str:
     """What a parameter is called in space, where the arrays that paths lead to are larger."""
-    match = re.fullmatch(r"([a-z][\w.]*)\[([\d, ]*)\]", label)
-    if match is None:
+    place = path_of(label)
+    if place is None:
         return label
-    leaf = attrgetter(match[1])
-    index = tuple(int(part) for part in match[2].split(",") if part.strip())
+    path, index = place
+    leaf = attrgetter(path)
     changed = eqx.tree_at(leaf, robot, leaf(robot).at[index].add(1.0))
     places = np.argwhere(np.asarray(leaf(_embedded(changed)) != leaf(spatial)))
     if len(places) != 1:
@@ -49,7 +49,7 @@ def _label(robot: Robot, spatial: Robot, label: str) -> str:
             f"Argument `robot` must leave out the half range of {label!r}, in the place of which "
             f"space has {len(places)} numbers."
         )
-    return f"{match[1]}[{','.join(map(str, places[0]))}]"
+    return f"{path}[{','.join(map(str, places[0]))}]"
 
 
 def _embedded(robot: Robot) -> Robot:

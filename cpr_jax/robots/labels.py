@@ -49,6 +49,14 @@ def parameter_dimensions(geometry: str, segments: Sequence[int]) -> dict[str, Di
     return dimensions
 
 
+def path_of(label: str) -> tuple[str, tuple[int, ...]] | None:
+    """Path and index of a label such as `legs.joint.lever[0]`; `None` for any other."""
+    match = re.fullmatch(r"([a-z][\w.]*)\[([\d, ]*)\]", label)
+    if match is None:
+        return None
+    return match[1], tuple(int(part) for part in match[2].split(",") if part.strip())
+
+
 def is_part_of(label: str, whole: str) -> bool:
     """Whether a label names a number that another one, of all legs at once, stands for too."""
     groups = {"k_b": "k_b|k_2|k_3", "r_c": "r_c|kappa", "kappa": "r_c|kappa"}

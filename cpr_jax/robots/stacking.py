@@ -13,10 +13,12 @@ from .leg import Leg
 
 
 def stack(legs: Sequence[Leg]) -> Leg:
+    """One leg whose numbers are those of all; what a leg lacks is zero."""
+
     def none(leaf):
         return leaf is None
 
-    def stack(*leaves):
+    def stacked(*leaves):
         present = [leaf for leaf in leaves if leaf is not None]
         if not present:
             return None
@@ -36,7 +38,7 @@ def stack(legs: Sequence[Leg]) -> Leg:
     legs = [
         dataclasses.replace(leg, rod=rod, turns=turns) for leg, rod in zip(legs, rods, strict=True)
     ]
-    return jax.tree.map(stack, *legs, is_leaf=none)
+    return jax.tree.map(stacked, *legs, is_leaf=none)
 
 
 def turns_any(screw: Float[Array, "*legs freedoms"], d: int) -> bool:

@@ -53,7 +53,7 @@ class Cell(NamedTuple):
     - `unstable`: number of unstable directions, see `stability`.
     - `residual`: largest entry of the dimensionless `R₀`, before a last step of Newton's method.
     - `tip_error`: estimated error of the integration at the rods' tips, in rod lengths: by how much
-        half as many steps of order 12 end elsewhere.
+        half as many steps of order 12 end elsewhere. It tells the order of magnitude.
     """
 
     q_a: Float[Array, " n_a"]
@@ -175,9 +175,14 @@ def polished(look: Callable[[Float[np.ndarray, "some n_y"], int], Cell], cells: 
     return cells
 
 
-def warn_of_steps(cells: Cell, steps: int) -> None:
-    """Says so where rods take more integration steps than they have."""
-    worst = np.max(cells.tip_error, initial=0.0)
+def warn_of_steps(tip_error: np.ndarray, steps: int) -> None:
+    """Says so, to whoever called the caller, where rods take more integration steps than they have.
+
+    **Arguments:**
+
+    - `tip_error`: see `Cell`; NaN where there is no equilibrium.
+    """
+    worst = np.max(tip_error, initial=0.0, where=np.isfinite(tip_error))
     if worst > ROUGH:
         warnings.warn(
             f"With {steps} integration steps the tips of rods are off by up to {worst:.1g} rod "

@@ -11,13 +11,7 @@ from ..robots.robot import Robot
 from ..statics.unknowns import unknown_labels, unknown_units
 from .cells import Cell
 from .grid import Grid
-from .variables import (
-    cell_coordinates,
-    cell_variables,
-    index_variables,
-    name_what_is_held,
-    status_attributes,
-)
+from .variables import cell_coordinates, cell_variables, index_variables, status_attributes
 from .versions import versions
 
 
@@ -77,7 +71,7 @@ def map_dataset(
     seam = found.seam[found.stands_for].astype(np.int8)
     variables = {
         "status": (over, found.status[found.stands_for], status_attributes("a cell")),
-        **name_what_is_held(robot, imposed, cell_variables(robot, cells, selection, delta, entry)),
+        **cell_variables(robot, cells, imposed, selection, delta, entry),
         **index_variables(over, index),
         "branch": flag(branch, "0 on the branch of the seed, -1 where unsolved"),
         "seam": flag(seam, "1 beside a cell on another sheet of the branch"),

@@ -131,7 +131,7 @@ def trajectory(
         events=found,
         cells=Cell(*(leaf[there] for leaf in cells)),
     )
-    warn_of_steps(along.cells, steps)
+    warn_of_steps(np.asarray(along.cells.tip_error), steps)
     return trajectory_dataset(robot, selection, np.asarray(half_ranges), along)
 
 

@@ -13,13 +13,7 @@ from ..robots.robot import Robot
 from ..statics.status import Status
 from ..statics.unknowns import unknown_labels, unknown_units
 from .cells import Cell
-from .variables import (
-    cell_coordinates,
-    cell_variables,
-    index_variables,
-    name_what_is_held,
-    status_attributes,
-)
+from .variables import cell_coordinates, cell_variables, index_variables, status_attributes
 from .versions import versions
 
 
@@ -68,9 +62,7 @@ def trajectory_dataset(
     imposed = {"units": "SI", "long_name": "imposed coordinates, see imposed_unit"}
     corner = {"units": "1", "long_name": "1 at the waypoints"}
     variables = {
-        **name_what_is_held(
-            robot, along.places, cell_variables(robot, cells, selection, delta, entry)
-        ),
+        **cell_variables(robot, cells, along.places, selection, delta, entry),
         **index_variables(("s",), index),
     }
     return xr.Dataset(

@@ -22,9 +22,23 @@ the names of further axes."""
 
 
 def cell_variables(
-    robot: Robot, cells: Cell, selection: Selection, delta: np.ndarray, entry: Entry
+    robot: Robot,
+    cells: Cell,
+    places: tuple[int, ...],
+    selection: Selection,
+    delta: np.ndarray,
+    entry: Entry,
 ) -> dict[str, Any]:
-    """Variables of a dataset; those of sensitivities only where something varies."""
+    """Variables of a dataset; those of sensitivities only where something varies.
+
+    **Arguments:**
+
+    - `places`: of the imposed coordinates in `(q_a, q_p)`.
+    """
+    platform = set(range(robot.n_a, robot.n_a + robot.n_p))
+    held = "A_q, platform held"
+    if set(places) != platform:
+        held = "the Jacobian with the imposed coordinates held"
     motor_unit, torque_unit = motor_units(robot)
     major, minor = cells.semi_axes[:, 0], cells.semi_axes[:, -1]
     area = np.pi * cells.semi_axes[:, 0] * cells.semi_axes[:, 1]
@@ -42,7 +56,7 @@ def cell_variables(
             "coordinate",
             "parameter",
         ),
-        "sigma_t1": entry(cells.sigma_t1, "1", "smallest singular value of A_q, platform held"),
+        "sigma_t1": entry(cells.sigma_t1, "1", f"smallest singular value of {held}"),
         "sigma_t2": entry(cells.sigma_t2, "1", "smallest singular value of A_p, motors held"),
         "q_a": entry(cells.q_a, motor_unit, "motor positions", "motor"),
         "q_p": entry(cells.q_p, "m, rad", "platform coordinates", "coordinate"),
@@ -64,21 +78,6 @@ def cell_variables(
     }
     if not selection.labels:
         return {name: kept for name, kept in variables.items() if name not in _SENSITIVITIES}
-    return variables
-
-
-def name_what_is_held(
-    robot: Robot, places: tuple[int, ...], variables: dict[str, Any]
-) -> dict[str, Any]:
-    """The same variables, `sigma_t1` of which says what is held, which not always is the platform.
-
-    **Arguments:**
-
-    - `places`: of the imposed coordinates in `(q_a, q_p)`.
-    """
-    if set(places) != set(range(robot.n_a, robot.n_a + robot.n_p)):
-        held = "smallest singular value of the Jacobian with the imposed coordinates held"
-        variables["sigma_t1"][2]["long_name"] = held
     return variables
 
 

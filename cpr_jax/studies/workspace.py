@@ -172,6 +172,7 @@ def workspace_map(
                 # There is nothing to go on with.
                 parts.clear()
                 raise
+    warn_of_steps(dataset["tip_error"].values, steps)
     dataset.attrs["configuration"] = json.dumps(configuration, sort_keys=True)
     if folder is not None:
         # What a kill leaves of it goes away with the parts.
@@ -254,7 +255,6 @@ def _map(job: Job, bar: tqdm) -> xr.Dataset:
     kept = status[solved] == Status.SOLVED
     solved[solved] = kept
     cells = Cell(*(leaf[kept] for leaf in cells))
-    warn_of_steps(cells, steps)
     if limits is not None:
         status[solved] = np.where(limits.beyond(cells), Status.BEYOND_LIMITS, Status.SOLVED)
     stands_for, levels = representatives(front, wanted)
