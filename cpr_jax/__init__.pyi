@@ -84,6 +84,7 @@ from .studies.monte_carlo import monte_carlo as monte_carlo
 from .studies.outcome import MonteCarlo as MonteCarlo
 from .studies.planning import Way as Way
 from .studies.planning import plan_path as plan_path
+from .studies.results import samples_dataset as samples_dataset
 from .studies.results import save_dataset as save_dataset
 from .studies.trajectory import trajectory as trajectory
 from .studies.trajectory_dataset import events as events

@@ -48,8 +48,14 @@ def check_between(name: str, value: Any, low: float, high: float) -> None:
 
 
 def check_finite(name: str, value: Any) -> None:
-    """Refuses numbers that are infinite or NaN; traced ones are not known."""
-    if not _is_traced(value) and not np.all(np.isfinite(np.asarray(value, float))):
+    """Refuses what is infinite, NaN or no number; traced ones are not known."""
+    if _is_traced(value):
+        return
+    try:
+        finite = np.all(np.isfinite(np.asarray(value, float)))
+    except (TypeError, ValueError):
+        raise InputError(f"Argument `{name}` must be numbers, but it is {shown(value)}.") from None
+    if not finite:
         raise InputError(f"Argument `{name}` must be finite, but it is {shown(value)}.")
 
 

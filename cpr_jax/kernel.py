@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 from jax.experimental.xla_metadata import set_xla_metadata
 
-_NAME = "one_kernel"
+_NAME, _PACKED = "one_kernel", "kernel_of_packs"
 
 
 def one_kernel(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -63,7 +63,22 @@ def as_one_kernel(function: Callable[..., list], args: list) -> list:
         return function(found)
 
     packs = [jnp.concatenate([args[k].ravel() for k in members]) for members in types.values()]
-    return called(unpacked, *packs, xla_cpu_small_call="true")
+    return kernel_of_packs(unpacked, packs)
+
+
+def kernel_of_packs(function: Callable[..., list], packs: list) -> list:
+    """A call that becomes one kernel, of one array of each type."""
+
+    def packed(*packs):
+        return function(*packs)
+
+    packed.__name__ = _PACKED
+    return called(packed, *packs, xla_cpu_small_call="true")
+
+
+def is_kernel_of_packs(equation) -> bool:
+    """Whether a call in a traced program is one that becomes one kernel."""
+    return equation.params.get("name") == _PACKED
 
 
 def called(function: Callable[..., Any], *args: Any, **marks: str) -> Any:

@@ -13,7 +13,13 @@ from typing import Any
 import jax
 from jax.extend import core
 
-from .kernel import as_one_kernel, called, is_one_kernel
+from .kernel import (
+    as_one_kernel,
+    called,
+    is_kernel_of_packs,
+    is_one_kernel,
+    kernel_of_packs,
+)
 from .lazy import is_lazy, traced
 
 _VIEWS = frozenset({"broadcast_in_dim", "convert_element_type", "reshape", "slice", "squeeze"})
@@ -135,6 +141,10 @@ def _results(equation, inputs) -> list:
     name, primitive = _name(equation), equation.primitive
     if name in _CALLS or is_lazy(equation):
         (inner,) = _inner(equation)
+        if is_kernel_of_packs(equation):
+            # Made by `once` before: a program of single cases may be part of one on lanes.
+            values = [_value(entry) for entry in inputs]
+            return kernel_of_packs(lambda *packs: _as_is(inner, packs), values)
         if is_one_kernel(equation):
             values = [_value(entry) for entry in inputs]
             small = _size(inner.jaxpr) < _SMALL

@@ -50,6 +50,22 @@ def test_the_request_outlives_derivatives_and_batches(numbers):
     np.testing.assert_allclose(derivative, 5 * x * 1.1**4, rtol=1e-14)
 
 
+def test_a_kernel_stays_one_where_a_program_becomes_part_of_another(numbers):
+    """As one of single cases does within one on lanes."""
+
+    @jax.jit
+    @once
+    def part(*args):
+        return 2.0 * one_kernel(grown)(*args)
+
+    lowered = jax.jit(once(lambda *args: part(*args))).lower(*numbers)
+    if jax.default_backend() == "cpu":
+        assert lowered.as_text().count("xla_cpu_small_call") == 1
+    program = lowered.compile()
+    x = np.asarray(numbers[0])
+    np.testing.assert_allclose(program(*numbers), 2.0 * x * 1.1**5, rtol=1e-14)
+
+
 def test_constants_and_arguments_that_nothing_needs_do_no_harm(numbers):
     x, _, unused, _ = numbers
 

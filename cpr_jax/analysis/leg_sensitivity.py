@@ -14,7 +14,7 @@ from ..rods.integration import DEFAULT_STEPS, rod_shape
 from ..rods.segments import arc_lengths, segments_of
 from ..statics.equilibrium import Equilibrium, check_fits
 from ..statics.masking import where_solved
-from ..statics.residual import leg_base, to_world
+from ..statics.residual import leg_base, rod_from, to_world
 from ..statics.unknowns import unravel
 from .naming import segment_count
 from .parameters import Selection, select
@@ -96,11 +96,10 @@ def _along_leg(robot, y, selection: Selection, leg: int, steps: int):
 
     def shape(rho):
         varied = selection.set(robot, rho).leg(leg)
-        base = leg_base(geometry, varied, q, state.mu[leg])
-        # The base state is held, whatever the parameters do to the rigid segment before it.
-        base = base._replace(**{k: getattr(fixed, k) for k in ("position", "rotation")})
-        along = rod_shape(geometry, base.rod, fixed.force, fixed.moment, steps)
-        return jax.vmap(lambda x: to_world(geometry, base, x))(along)
+        # The base state is held, whatever the parameters do to what is before it.
+        rod = rod_from(geometry, geometry.frame(fixed.rotation), varied, q)
+        along = rod_shape(geometry, rod, fixed.force, fixed.moment, steps)
+        return jax.vmap(lambda x: to_world(geometry, fixed, x))(along)
 
     fixed = leg_base(geometry, robot.leg(leg), q, state.mu[leg])
     rho = selection.get(robot)

@@ -15,6 +15,7 @@ from ..statics.masking import where_solved
 from ..statics.residual import residual
 from ..statics.unknowns import scales, unknown_scales, unravel
 from ..summary import in_notebook, summary
+from .belonging import check_belongs
 from .slopes import turn_jacobian
 
 
@@ -64,18 +65,24 @@ def mobility(robot: Robot, equilibrium: Equilibrium, steps: int = DEFAULT_STEPS)
     """The platform's motion per motor and per load at an equilibrium."""
     check_integer("steps", steps)
     check_fits("equilibrium", equilibrium, robot)
-    return _mobility(where_solved(robot, equilibrium).unnamed, equilibrium.y, steps)
+    found, left = _mobility(where_solved(robot, equilibrium).unnamed, equilibrium.y, steps)
+    check_belongs(robot, equilibrium, left)
+    return found
 
 
 @program
-def _mobility(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Mobility:
+def _mobility(
+    robot: Robot, y: Float[Array, " n_y"], steps: int
+) -> tuple[Mobility, Float[Array, ""]]:
+    """With the largest entry of the residual."""
     units = unknown_scales(robot)
     n_a, n_p, d = robot.n_a, robot.n_p, robot.geometry.d
 
     def rows(scaled):
-        return residual(robot, unravel(robot, scaled * units), steps)
+        R_0 = residual(robot, unravel(robot, scaled * units), steps)
+        return R_0, R_0
 
-    matrix = jax.jacfwd(rows)(y / units)
+    matrix, R_0 = jax.jacfwd(rows, has_aux=True)(y / units)
     inverted = inverse(matrix[:, n_a:])[:n_p] * units[n_a : n_a + n_p, None]
     # From a rotation vector to small rotations about the world axes.
     turns = jnp.eye(n_p).at[d:, d:].set(turn_jacobian(robot, y[n_a : n_a + n_p]))
@@ -83,9 +90,10 @@ def _mobility(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Mobility:
     # The balance of the platform is `load - Σ wrenches`, in units of wrenches.
     compliance = -turns @ inverted[:, :n_p] / scales(robot).wrench(robot)[:n_p]
     stretch, _ = row_axes(jacobian[:d])
-    return Mobility(
+    found = Mobility(
         jacobian=jacobian,
         compliance=compliance,
         manipulability=jnp.prod(stretch),
         condition=stretch[-1] / stretch[0],
     )
+    return found, jnp.max(jnp.abs(R_0))

@@ -13,7 +13,7 @@ from ..checks import check_finite, check_positive, check_shape
 from ..errors import InputError
 from ..geometry import floats, namespace
 from ..robots.robot import Robot
-from .entries import Common, Entry
+from .entries import Common, Entry, SegmentLength
 from .naming import by_path, named
 
 
@@ -86,7 +86,22 @@ def select(
                     f"{entry.label!r} are the same."
                 )
             known[place] = entry.label
+    _check_lengths(robot, entries, field)
     return Selection(entries)
+
+
+def _check_lengths(robot: Robot, entries: Sequence[Entry], field: str) -> None:
+    """Refuses lengths of segments beside arrays that they are told from: each changes the other."""
+    of_segments = {e.place(robot)[0]: e for e in entries if isinstance(e, SegmentLength)}
+    for entry in entries:
+        if type(entry) is not Entry or not entry.path.endswith(".length"):
+            continue
+        other = of_segments.get(entry.place(robot)[0])
+        if other is not None:
+            raise InputError(
+                f"Argument `{field}` must name the length of a segment or an array it is told "
+                f"from, but {other.label!r} and {entry.label!r} change each other."
+            )
 
 
 def selected(

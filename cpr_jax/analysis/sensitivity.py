@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 
 import equinox as eqx
-import jax
 import numpy as np
 from jaxtyping import Array, Float
 
@@ -17,6 +16,7 @@ from ..statics.unknowns import (
     unknown_labels,
 )
 from ..summary import in_notebook, summary
+from .belonging import check_belongs
 from .parameters import Selection, ranges, select
 from .slopes import Hold, Slopes, slopes_at
 
@@ -169,20 +169,3 @@ def named(
         column_units=selection.units,
         hold=hold,
     )
-
-
-_STRANGE = 1e-3
-"""Residual from which an equilibrium is not one of the robot, unless its own steps left more."""
-
-
-def check_belongs(robot: Robot, equilibrium: Equilibrium, residual: Float[Array, ""]) -> None:
-    """Refuses an equilibrium of a robot with other numbers, as far as its residual is known."""
-    if any(isinstance(x, jax.core.Tracer) for x in jax.tree.leaves((equilibrium, residual))):
-        return
-    left = float(residual)
-    if left > max(_STRANGE, 10.0 * float(equilibrium.measures.unbalanced)):
-        raise InputError(
-            f"Argument `equilibrium` must be one of {robot.name} as it is now, but leaves a "
-            f"residual of {left:.1g}: solve for this robot, with it as `guess`, or give as many "
-            "`steps` as it took."
-        )

@@ -16,9 +16,10 @@ from ..rods.equations import RodState
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium, check_fits
 from ..statics.linear import inverse_with_sign, negative_eigenvalues
-from ..statics.residual import load_arms
+from ..statics.residual import load_arms, residual_in_world
 from ..statics.unknowns import scales, unravel
 from ..summary import in_notebook, summary
+from .belonging import check_belongs
 from .joint_energy import axes_of, bent, carried_work, released_base
 from .pieces import Pieces, rods_in_pieces, tip_of, units_of_variations
 
@@ -82,7 +83,8 @@ def stability(robot: Robot, equilibrium: Equilibrium, steps: int = DEFAULT_STEPS
     """
     check_integer("steps", steps)
     check_fits("equilibrium", equilibrium, robot)
-    found = _stability(robot.unnamed, equilibrium.y, steps)
+    found, left = _stability(robot.unnamed, equilibrium.y, steps)
+    check_belongs(robot, equilibrium, left)
     given = jax.tree.leaves((robot, equilibrium.y))
     moving = [leaf for leaf in given if isinstance(leaf, jax.core.Tracer)]
     if not moving:
@@ -105,8 +107,14 @@ def _without_slopes_jvp(primals, tangents):
 
 
 @program
-def _stability(robot: Robot, y: Float[Array, " n_y"], steps: int) -> Stability:
-    return count_unstable(robot, y, rods_in_pieces(robot, y, steps))
+def _stability(
+    robot: Robot, y: Float[Array, " n_y"], steps: int
+) -> tuple[Stability, Float[Array, ""]]:
+    """With the largest entry of the residual."""
+    pieces = rods_in_pieces(robot, y, steps)
+    tips = jax.tree.map(lambda leaf: jnp.moveaxis(leaf, 0, -1), pieces.tip)
+    left = jnp.max(jnp.abs(residual_in_world(robot, unravel(robot, y), tips)))
+    return count_unstable(robot, y, pieces), left
 
 
 def count_unstable(robot: Robot, y: Float[Array, " n_y"], pieces: Pieces) -> Stability:

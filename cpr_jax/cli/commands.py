@@ -94,7 +94,6 @@ def monte_carlo(
     if out is not None and pathlib.Path(out).is_dir():
         raise InputError(f"Argument `--out` must be a file to write, but {out} is a folder.")
     robot, equilibrium = solve_request(request, as_json)
-    units = unknown_units(robot)[robot.n_a : robot.n_a + robot.n_p]
     about = {
         "robot": robot.name,
         "seed": seed,
@@ -104,7 +103,7 @@ def monte_carlo(
 
     def save(study) -> None:
         if out is not None:
-            save_dataset(samples_dataset([study], ["point"], units, about), out)
+            save_dataset(samples_dataset(study, about), out)
 
     result = sample(
         robot,

@@ -20,6 +20,7 @@ from ..studies.trajectory import trajectory as follow
 from ..studies.trajectory_dataset import events
 from .inputs import Request
 from .path_inputs import PathRequest
+from .planned import planned
 from .session import NoSolution, load, print_json, start_jax
 
 _ROUNDING = 1e-13
@@ -32,10 +33,11 @@ def trajectory(request: Request, options: PathRequest, as_json: bool) -> int:
     matplotlib.use("Agg")
     robot = load(request.robot)
     out = pathlib.Path(options.out)
+    waypoints = options.waypoints if options.plan is None else planned(robot, options)
     try:
         dataset = follow(
             robot,
-            options.waypoints,
+            waypoints,
             imposed=request.imposed,
             spacing=options.spacing,
             parameters=request.parameters,

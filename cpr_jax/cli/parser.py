@@ -132,6 +132,12 @@ def build_parser() -> argparse.ArgumentParser:
         help="a waypoint: platform coordinates, or those of --imposed; at least twice",
     )
     through.add_argument("--file", metavar="FILE", help="waypoints, one a line (CSV)")
+    path.add_argument(
+        "--plan",
+        metavar="DIR",
+        help="plan the way between waypoints on the map that `cpr-jax workspace` has written: "
+        "least exposed to uncertainty, stable, within its limits (default: straight lines)",
+    )
     _add_imposed(path)
     _add_steps(path)
     _add_parameters(path)

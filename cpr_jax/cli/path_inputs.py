@@ -18,12 +18,16 @@ class PathRequest:
 
     **Attributes:**
 
+    - `field`: the option that gave the waypoints.
     - `names`: what is imposed, one for each number of a waypoint.
+    - `plan`: the folder of a map on which the ways between waypoints are planned.
     """
 
     out: str
+    field: str
     names: tuple[str, ...]
     waypoints: tuple[tuple[float, ...], ...]
+    plan: str | None
     spacing: float | None
     max_torque: float | None
     max_moment: float | None
@@ -35,11 +39,10 @@ def check_path(arguments: argparse.Namespace, request: Request) -> PathRequest:
     names = request.imposed or tuple(coordinates.platform)
     dimensions = coordinates.dimensions(names)
     if arguments.file is None:
-        rows = [numbers("--via", texts, dimensions) for texts in arguments.via]
+        field, rows = "--via", [numbers("--via", texts, dimensions) for texts in arguments.via]
     else:
-        rows = _read(arguments.file, names, dimensions)
+        field, rows = "--file", _read(arguments.file, names, dimensions)
     if len(rows) < 2:
-        field = "--via" if arguments.file is None else "--file"
         raise InputError(
             f"Argument `{field}` must give two waypoints or more, but it gives {len(rows)}."
         )
@@ -47,8 +50,10 @@ def check_path(arguments: argparse.Namespace, request: Request) -> PathRequest:
     spacing = arguments.spacing
     return PathRequest(
         out=arguments.out,
+        field=f"`{field}`",
         names=names,
         waypoints=tuple(rows),
+        plan=arguments.plan,
         spacing=None
         if spacing is None
         else quantity("--spacing", spacing, straight, Sign.POSITIVE),

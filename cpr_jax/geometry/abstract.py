@@ -34,14 +34,22 @@ def floats(values: Any) -> jax.Array:
     """
     if isinstance(values, jax.Array):
         return values.astype(float)
-    return jnp.asarray(namespace(values).asarray(values, float), float)
+    return _known(namespace(values).asarray(values, float), float)
 
 
 def unchanged(values: Any) -> jax.Array:
     """As `floats`, of the precision that they have: numbers of a robot that was described before
     float64 was enabled are to be noticed, not to pass for accurate ones."""
     array = namespace(values).asarray(values)
-    return jnp.asarray(array, jax.dtypes.canonicalize_dtype(array.dtype))
+    return _known(array, jax.dtypes.canonicalize_dtype(array.dtype))
+
+
+def _known(array: Any, dtype: Any) -> jax.Array:
+    """As `jnp.asarray`; what is known stays so within a transformation."""
+    if not isinstance(array, np.ndarray):
+        return jnp.asarray(array, dtype)
+    with jax.ensure_compile_time_eval():
+        return jnp.asarray(array, dtype)
 
 
 def as_array(components: Components) -> Any:

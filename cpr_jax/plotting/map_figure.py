@@ -29,8 +29,8 @@ def figure_of_map(dataset: xr.Dataset, robot: Robot) -> Figure:
     """
     solved = dataset["index"].values >= 0
     rows, columns = np.nonzero(solved)
-    curves = np.concatenate([dataset[name].values for name in LINES])
     names, factors = drawn_axes(dataset)
+    curves = np.concatenate([dataset[name].sel(axis=names).values for name in LINES])
     first, second = (f * dataset[name].values for f, name in zip(factors, names, strict=True))
     views = [
         _view(centers, places, np.ravel(curves[..., k]) * factor)

@@ -34,7 +34,7 @@ class _Folder(Observer):
     def studies(self, robot, equilibria, found) -> None:
         self._draw(2, robot, equilibria["A"], found)
         about = {"robot": robot.name, "seed": self._seed, "distribution": "gaussian"}
-        dataset = samples_dataset(list(found.values()), list(POINTS), ["m", "m"], about)
+        dataset = samples_dataset(found, about)
         save_dataset(dataset, self._folder / "samples.nc")
 
     def workspace(self, robot, found) -> None:

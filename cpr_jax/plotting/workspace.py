@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, LogNorm, Normalize
 from matplotlib.patches import Ellipse
 
+from ..checks import check_kind, finite_rows
 from ..errors import InputError, shown
 from ..robots.robot import Robot
 from ..statics.status import Status
@@ -59,6 +60,7 @@ def plot_map(
     - `legend`: names what is drawn and hatched, by default in a figure that is made here.
     - `mesh`: for `matplotlib`'s `pcolormesh`, such as `norm` or `cmap`.
     """
+    _check_flat(dataset)
     alone = ax is None
     if ax is None:
         ax = plt.subplots(layout="compressed")[1]
@@ -100,7 +102,7 @@ def plot_map(
     lines = lines and all(dataset[name].ndim == 3 for name in LINES)
     if lines:
         for name, (_, colour) in reversed(LINES.items()):
-            for curve in dataset[name].values:
+            for curve in dataset[name].sel(axis=names).values:
                 ax.plot(*(curve * factors).T, color=colour, lw=1.1, zorder=4)
     if robot is not None and _of_the_plane(dataset, robot):
         places = [robot.geometry.axes.index(name) for name in names]
@@ -151,7 +153,19 @@ def plot_ellipses(dataset: xr.Dataset, points: np.ndarray, ax: Axes, scale: floa
     - `points`: in the coordinates of the map, m or rad, shape `(k, 2)`.
     - `scale`: magnification of the ellipses about their centres.
     """
+    _check_flat(dataset)
     names, factors = drawn_axes(dataset)
+    if "Pi_p" not in dataset:
+        raise InputError("Argument `dataset` must have sensitivities, but nothing in it varies.")
+    points = finite_rows("points", points, names)
+    for k, name in enumerate(names):
+        line = dataset[name].values
+        half = 0.5 * (line[1] - line[0])
+        if np.any((points[:, k] < line[0] - half) | (points[:, k] > line[-1] + half)):
+            raise InputError(
+                f"Argument `points` must be on the map, whose {name} goes from {line[0]:g} to "
+                f"{line[-1]:g} in SI units, but it is {shown(points)}."
+            )
     labels = [str(label).removeprefix("p_P_") for label in dataset["coordinate"].values]
     rows = [labels.index(name) for name in names]
     for point in points:
@@ -178,6 +192,16 @@ def drawn_axes(dataset: xr.Dataset) -> tuple[list[str], np.ndarray]:
     """Names of the two coordinates, and factors to the units in which they are drawn."""
     names = [str(name) for name in dataset["status"].dims]
     return names, np.array([_DRAWN[dataset[name].attrs["units"]][0] for name in names])
+
+
+def _check_flat(dataset: xr.Dataset) -> None:
+    check_kind("dataset", dataset, xr.Dataset, "a workspace map")
+    over = dataset["status"].dims if "status" in dataset else ()
+    if len(over) != 2:
+        raise InputError(
+            "Argument `dataset` must be a map over two coordinates, or a slice of a volume, but "
+            f"it is over {', '.join(map(str, over)) or 'none'}."
+        )
 
 
 def _of_the_plane(dataset: xr.Dataset, robot: Robot) -> bool:

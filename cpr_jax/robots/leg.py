@@ -102,6 +102,10 @@ def make_leg(
         xp = namespace(value)
         return floats(xp.asarray(value, float).reshape(size))
 
+    def number(name, value):
+        check_shape(name, value, ())
+        return floats(value)
+
     parts = {
         "rod": (rod.precurvature, r),
         "joint": (None if joint is None else joint.free, geometry.freedoms),
@@ -126,7 +130,7 @@ def make_leg(
         joint=pivot(geometry) if joint is None else joint,
         attachment_position=vector("attachment_position", attachment_position, d),
         attachment_rotation=vector("attachment_rotation", attachment_rotation, r),
-        feed=None if feed is None else floats(feed),
+        feed=None if feed is None else number("feed", feed),
         stroke=None if stroke is None else along_tangent("stroke", stroke),
         base_joint=base_joint,
     )

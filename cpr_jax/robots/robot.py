@@ -1,7 +1,7 @@
 """A continuum parallel robot: its legs, its platform, its loads."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import equinox as eqx
@@ -9,7 +9,7 @@ import jax
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import check_finite, check_positive, check_shape, check_vector
+from ..checks import check_finite, check_kind, check_positive, check_shape, check_vector
 from ..errors import InputError, shown
 from ..geometry import AbstractGeometry, Components, Numbers, floats, namespace, unchanged
 from .joint import Joint
@@ -147,9 +147,10 @@ def make_robot(
     **Raises:** `InputError` for shapes that do not fit, numbers that are not finite, and legs of
     the other geometry.
     """
+    check_kind("legs", legs, Sequence, "a list of legs")
     if len(legs) == 0:
         raise InputError("Argument `legs` must hold at least one leg, but it is empty.")
-    if loads and not oriented:
+    if len(loads) and not oriented:
         raise InputError(
             "Argument `loads` must be left out at a point platform, whose only force is `f_P`, but "
             f"it has {len(loads)} entries."
@@ -177,6 +178,7 @@ def make_robot(
     if not oriented:
         for i, leg in enumerate(legs):
             _check_round(leg.joint, d, i)
+            _check_central(leg, i)
     for k, load in enumerate(loads):
         for part in load:
             check_shape(f"loads[{k}]", part, (d,))
@@ -184,6 +186,8 @@ def make_robot(
     ways = floats(np.eye(len(legs)) if transmission is None else transmission)
     if ways.ndim != 2 or len(ways) != len(legs):
         check_shape("transmission", ways, (len(legs), ways.shape[-1] if ways.ndim else 1))
+    if uncertainty is not None:
+        check_kind("uncertainty", uncertainty, Mapping, "half ranges by label")
     for label, half_range in (uncertainty or {}).items():
         check_positive(f"uncertainty[{label!r}]", half_range, or_zero=True)
         check_finite(f"uncertainty[{label!r}]", half_range)
@@ -215,7 +219,7 @@ def make_robot(
         home=known,
         uncertainty={k: floats(v) for k, v in (uncertainty or {}).items()},
         name=name,
-        loads=_point_loads(loads) if loads else None,
+        loads=_point_loads(loads) if len(loads) else None,
     )
 
 
@@ -228,6 +232,16 @@ def _check_round(joint: Joint, d: int, leg: int) -> None:
         raise InputError(
             f"Argument `legs` must have joints that are free to turn, and only that, at a point "
             f"platform (`spherical`), but leg {leg + 1} has another."
+        )
+
+
+def _check_central(leg: Leg, number: int) -> None:
+    """Refuses a joint away from a point platform, which could not balance its moment."""
+    place = leg.attachment_position
+    if not isinstance(place, jax.core.Tracer) and np.any(np.asarray(place)):
+        raise InputError(
+            "Argument `legs` must have no `attachment_position` at a point platform, which carries "
+            f"its joints where it is, but leg {number + 1} has {shown(place)}."
         )
 
 

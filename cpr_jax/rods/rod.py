@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..checks import check_kind, check_positive, check_shape, check_vector
+from ..checks import check_finite, check_kind, check_positive, check_shape, check_vector
 from ..geometry import AbstractGeometry, Numbers, floats, namespace
 from .section import Material, Section
 
@@ -124,7 +124,7 @@ def section_rod(
 
     - `extensible`: also stretch and shear (Cosserat); otherwise Kirchhoff.
     - `gravity`: acceleration in world axes, m/s², shape `(d,)`; the rod then carries its weight
-        `density area gravity`.
+        `density area gravity`, for which the material must have a density.
     """
     check_positive("material.E", material.E)
     check_positive("section.area", section.area)
@@ -132,6 +132,8 @@ def section_rod(
     weight = None
     if gravity is not None:
         check_shape("gravity", gravity, (geometry.d,))
+        check_finite("gravity", gravity)
+        check_positive("material.density", material.density)
         weight = material.density * section.area * namespace(gravity).asarray(gravity, float)
     rod = kirchhoff_rod(
         geometry,

@@ -90,6 +90,7 @@ def rectangle(width: float, height: float) -> Section:
 def circle(radius: float, shear_factor: float = 0.9) -> Section:
     """A full circle of the given radius, m."""
     check_positive("radius", radius)
+    check_positive("shear_factor", shear_factor)
     area = jnp.pi * radius**2
     second = jnp.pi * radius**4 / 4.0
     return Section(area=area, I_2=second, I_3=second, J=2.0 * second, shear_factor=shear_factor)

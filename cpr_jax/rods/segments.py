@@ -32,7 +32,11 @@ def segmented_rod(rods: Sequence[Rod]) -> Rod:
 
     **Raises:** `InputError` where no rod is given.
     """
+    if isinstance(rods, Rod):
+        raise InputError("Argument `rods` must be a list of rods, but it is one rod.")
     parts = [part for rod in rods for part in _parts(rod)]
+    if len({np.shape(part.precurvature) for part in parts}) > 1:
+        raise InputError("Argument `rods` must hold rods of one geometry, but they are of two.")
     if not parts:
         raise InputError("Argument `rods` must hold at least one rod, but it is empty.")
     first, rest = parts[0], parts[1:]

@@ -11,7 +11,7 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 from ..lanes import over_lanes
 from ..queue import queued_loop
 from ..robots.robot import Robot
-from ..rods.solver import Steps, as_scheme
+from ..rods.solver import Scheme, Steps, as_scheme
 from .arrow import Parts, System
 from .continuation import DEVIATION
 from .linear import solve_many_with_sign
@@ -137,7 +137,7 @@ def _correction(chords: int):
     def kernel(problem, scaling, y, rights, steps, rough):
         """One Jacobian and what follows from it."""
         system, start = _posed(problem, scaling, y, rough)
-        _, inverse = system.inverted(start)
+        values, inverse = system.inverted(start)
         system, _ = _posed(problem, scaling, y, steps)
 
         def unfinished(state):
@@ -151,8 +151,12 @@ def _correction(chords: int):
             now = _changed(now, inverse.of(values), going)
             return count + 1, now, jnp.where(going, values.largest(), left)
 
-        far = jnp.full_like(inverse.sign, jnp.inf)
-        _, now, left = lax.while_loop(unfinished, correct, (0, start, far))
+        # Where it is not that rough, the first correction has its values already.
+        same = jnp.all(rough == steps)
+        far = jnp.where(same, values.largest(), jnp.inf)
+        begin = _changed(start, inverse.of(values), jnp.broadcast_to(same, far.shape))
+        first = same.astype(int), begin, far
+        _, now, left = lax.while_loop(unfinished, correct, first)
         slope = jax.vmap(
             lambda right: inverse.of(system.rows(right)).flat(), in_axes=1, out_axes=1
         )(rights)
@@ -162,9 +166,13 @@ def _correction(chords: int):
 
 
 def _rough(scheme: Int[Array, "3"]) -> Int[Array, "3"]:
-    """Enough for a Jacobian of chords, in half of the work; with less many do not contract."""
+    """Enough for a Jacobian of chords, in half of the work; with less many do not contract.
+
+    Where a scheme is less work itself, the scheme.
+    """
     steps = jnp.maximum(2, jnp.round(0.4 * scheme[0]).astype(scheme.dtype))
-    return jnp.stack([steps, 8, 8])
+    rough = jnp.stack([steps, 8, 8])
+    return jnp.where(Scheme(*rough).work < Scheme(*scheme).work, rough, scheme)
 
 
 def _posed(problem, scaling, y, steps) -> tuple[System, Parts]:

@@ -106,12 +106,12 @@ def polish(robot, imposed, target, y, outcome, tolerance, branch, steps):
     solved = status == Status.SOLVED
     y = jnp.where(solved, root.y, jnp.nan)
     measures = jax.tree.map(lambda leaf: jnp.where(solved, leaf, jnp.nan), measures)
-    state = unravel(robot, y)
+    state, wrenches = unravel(robot, y), base_wrenches(robot, unravel(robot, found))
     return Equilibrium(
         q_a=state.q_a,
         q_p=state.q_p,
         mu=state.mu,
-        base_wrenches=base_wrenches(robot, state),
+        base_wrenches=jnp.where(solved, wrenches, jnp.nan),
         status=status,
         residual=jnp.where(solved, left, jnp.nan),
         measures=measures,

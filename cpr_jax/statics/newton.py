@@ -164,6 +164,8 @@ class LaneAdjoint(optx.AbstractAdjoint):
 
             matrix = jax.jacfwd(equation)(root, moving)
             matrix = jnp.where(succeeded, matrix, jnp.eye(root.size))
+            # Zero times NaN is NaN: nothing comes back to what other lanes share, too.
+            tangent = jax.tree.map(lambda t: jnp.where(succeeded, t, 0.0), tangent)
             # Only what is perturbed costs a tangent of the integration.
             perturbed = jax.tree.map(
                 lambda leaf, t: None if t is None else leaf, moving, tangent, is_leaf=_is_none

@@ -75,25 +75,28 @@ def leg_base(
     if leg.base_joint is not None:
         # The unknowns belong to the joint, the rod begins behind its rigid segment.
         moment = moment - geometry.moment_of(arm, force)
+    return LegBase(
+        position=position,
+        rotation=rotation,
+        motor=motor,
+        joint=joint,
+        rod=rod_from(geometry, frame, leg, q),
+        force=geometry.inward(frame, force),
+        moment=geometry.moment_inward(frame, moment),
+    )
+
+
+def rod_from(geometry: AbstractGeometry, frame, leg: Leg, q: Float[Array, ""]) -> Rod:
+    """A leg's rod with its fed length, and with its loads in the axes of a frame."""
     rod = leg.rod
-    length = rod.length if leg.feed is None else rod.length + leg.feed * q
-    local_rod = Rod(
-        length=length,
+    return Rod(
+        length=rod.length if leg.feed is None else rod.length + leg.feed * q,
         curvature_compliance=rod.curvature_compliance,
         precurvature=rod.precurvature,
         strain_compliance=rod.strain_compliance,
         force=None if rod.force is None else geometry.inward(frame, rod.force),
         moment=None if rod.moment is None else geometry.moment_inward(frame, rod.moment),
         further=None if rod.further is None else loads_inward(geometry, frame, rod.further),
-    )
-    return LegBase(
-        position=position,
-        rotation=rotation,
-        motor=motor,
-        joint=joint,
-        rod=local_rod,
-        force=geometry.inward(frame, force),
-        moment=geometry.moment_inward(frame, moment),
     )
 
 

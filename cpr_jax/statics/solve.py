@@ -1,27 +1,26 @@
 """The forward and the inverse geometrico-static problem."""
 
-import threading
 from collections.abc import Sequence
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array
 
-from ..background import not_a_number, started
 from ..errors import InputError, check_integer
 from ..geometry import Numbers, floats, namespace
 from ..robots.robot import Robot, check_turns
-from ..rods.solver import Steps
 from .accuracy import BALANCED, ROUGH, STEPS
 from .assembly import at_rest, from_home, reaching
 from .continuation import Track
 from .equilibrium import Equilibrium, check_fits, polish
+from .nearest import nearest_turn
 from .neighbour import from_neighbour
 from .problem import forward_rows, imposed_coordinates, imposed_rows
 from .reach import out_of_reach
 from .search import from_home_at_random, search
+from .solve_ahead import compile_polish
 from .status import SolveError, Status
 from .unknowns import scales
 from .ways import detours
@@ -31,8 +30,6 @@ _MANY_TURNS = 4.0 * np.pi
 
 _FAR = 30.0
 """Rod lengths from which a position looks like one in millimetres."""
-
-_compiled: set[Any] = set()
 
 
 def solve_inverse(
@@ -50,7 +47,8 @@ def solve_inverse(
 
     - `robot`: with as many motors as coordinates are imposed.
     - `point`: desired `q_p`: the position, m, and for a body its rotation vector, rad; or the
-        values of `imposed`, in their order.
+        values of `imposed`, in their order. Of a whole orientation in space any rotation vector
+        will do: the branch is followed to the one that is nearest.
     - `imposed`: names of the coordinates to impose, where they are not those of the platform:
         as many as there are motors, such as `("x", "y", "z")` for three motors that move a body,
         see `imposed_coordinates`. `resolve_redundancy` is for robots with more motors.
@@ -74,7 +72,9 @@ def solve_inverse(
     point = _checked("point", point, robot.n_a, robot)
     xp = namespace(point)
     target = xp.asarray(point) @ np.eye(robot.n_a + robot.n_p)[list(places)]
-    return _solve(robot, imposed_rows(robot, places), floats(target), guess, steps, throw)
+    turns = range(robot.n_a + robot.geometry.d, robot.n_a + robot.n_p)
+    turned = len(turns) == 3 and set(turns) <= set(places)
+    return _solve(robot, imposed_rows(robot, places), floats(target), guess, steps, throw, turned)
 
 
 def solve_forward(
@@ -92,10 +92,10 @@ def solve_forward(
     _check_call(robot, guess, steps)
     q_a = _checked("q_a", q_a, robot.n_a, robot)
     target = floats(namespace(q_a).pad(q_a, (0, robot.n_p)))
-    return _solve(robot, forward_rows(robot), target, guess, steps, throw)
+    return _solve(robot, forward_rows(robot), target, guess, steps, throw, False)
 
 
-def _solve(robot, imposed, target, guess, steps, throw):
+def _solve(robot, imposed, target, guess, steps, throw, turned):
     given = jax.tree.leaves((robot, target, guess))
     traced = any(isinstance(leaf, jax.core.Tracer) for leaf in given)
     alone = "search" if robot.home is None else "home"
@@ -107,14 +107,14 @@ def _solve(robot, imposed, target, guess, steps, throw):
     tolerance = np.asarray(chosen if steps is None else np.inf)
     task = robot.unnamed, imposed, target
     if traced:
-        reached = _reached(*task, guess, first, True)
+        reached = _reached(*task, guess, first, True, turned)
         return polish(*task, reached.y, reached.status, tolerance, branch, first)
-    ending = _compile_polish(*task, branch, first)
+    ending = compile_polish(*task, branch, first)
     try:
         if _is_far(*task):
             y, outcome = np.full(robot.n_y, np.nan), int(Status.OUT_OF_REACH)
         else:
-            reached = _reached(*task, guess, first, False)
+            reached = _reached(*task, guess, first, False, turned)
             y, outcome = np.asarray(reached.y), int(reached.status)
     finally:
         if ending is not None:
@@ -125,7 +125,7 @@ def _solve(robot, imposed, target, guess, steps, throw):
         status = Status(int(equilibrium.status))
         if status == Status.LOST and count is not first:
             # So far from what fewer steps have found that it takes a way of its own.
-            reached = _reached(*task, guess, count, False)
+            reached = _reached(*task, guess, count, False, turned)
             end = np.asarray(reached.y), np.asarray(int(reached.status))
             equilibrium = polish(*task, *end, tolerance, branch, count)
             status = Status(int(equilibrium.status))
@@ -158,10 +158,28 @@ def _hint(robot, imposed, target, guess, status) -> str:
     return ""
 
 
-def _reached(robot, imposed, target, guess, steps, traced) -> Track:
-    """The way to a target: from a neighbour, from home, or found by a search."""
+def _reached(robot, imposed, target, guess, steps, traced, turned) -> Track:
+    """The way to a target: from a neighbour, from home, or found by a search.
+
+    **Arguments:**
+
+    - `turned`: whether it is a whole orientation in space that is imposed.
+    """
     robot = jax.lax.stop_gradient(robot)
     goal = jax.lax.stop_gradient(target)
+    begin = robot.home if guess is None else jax.lax.stop_gradient(guess)
+    if not turned or begin is None:
+        return _followed(robot, imposed, goal, guess, steps, traced)
+    near = nearest_turn(robot, goal, begin.q_p)
+    reached = _followed(robot, imposed, floats(near), guess, steps, traced)
+    # The same orientation by the rotation vector that was asked for.
+    xp = namespace(reached.y, near, goal)
+    ahead = xp.pad(xp.asarray(near) - xp.asarray(goal), (0, robot.n_y - goal.size))
+    return reached._replace(y=xp.asarray(reached.y) - ahead)
+
+
+def _followed(robot, imposed, goal, guess, steps, traced) -> Track:
+    """As `_reached`, to a target as it is written."""
     if guess is not None:
         y = jax.lax.stop_gradient(guess.y)
         start, reached = from_neighbour(robot, imposed, y, goal, steps)
@@ -185,32 +203,6 @@ def _reached(robot, imposed, target, guess, steps, traced) -> Track:
     if not traced and int(reached.status) == Status.LOST:
         reached = detours(robot, imposed, start, goal, reached, steps)
     return reached
-
-
-def _compile_polish(robot, imposed, target, branch, steps) -> threading.Thread | None:
-    """Starts to compile `polish` while the way to a solution is compiled and followed."""
-    leaves, structure = jax.tree.flatten((robot, imposed, target))
-    key = structure, tuple(np.shape(leaf) for leaf in leaves), branch
-    if key in _compiled:
-        return None
-    _compiled.add(key)
-
-    def compile_it() -> None:
-        nowhere = not_a_number(robot.n_y), np.asarray(int(Status.LOST))
-        polish(robot, imposed, target, *nowhere, np.asarray(BALANCED), branch, steps)
-
-    return started(compile_it)
-
-
-def compile_from_home(
-    robot: Robot, imposed: Float[Array, "n_a n_q"], steps: Steps
-) -> list[threading.Thread]:
-    """Starts to compile what finds the equilibrium at any target of a robot with a home."""
-    robot, target = robot.unnamed, not_a_number(robot.n_a + robot.n_p)
-    steps = np.asarray(steps)
-    moving = started(lambda: from_home(robot, imposed, at_rest(robot), target, steps))
-    ending = _compile_polish(robot, imposed, target, "home", steps)
-    return [moving] if ending is None else [moving, ending]
 
 
 def _check_call(robot: Any, guess: Any, steps: Any) -> None:

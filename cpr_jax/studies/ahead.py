@@ -18,7 +18,7 @@ from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.accuracy import MENU, STEPS
 from ..statics.chord import EXACT
-from ..statics.solve import compile_from_home
+from ..statics.solve_ahead import compile_from_home
 from ..statics.stops import compile_visit
 from ..statics.unknowns import unknown_labels
 from .cells import look_at_cells

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from ..analysis.parameters import Selection, select
 from ..analysis.pieces import rods_in_pieces
 from ..analysis.stability import count_unstable
-from ..checks import check_positive
+from ..checks import check_finite, check_kind, check_positive, check_shape
 from ..errors import InputError, check_integer
 from ..geometry import floats
 from ..programs import program
@@ -86,14 +86,18 @@ def critical_value(
     **Raises:** `InputError` for a bad argument; `SolveError` where the equations can no longer be
     solved, though the branch does not fold back there.
     """
+    check_kind("robot", robot, Robot, "a Robot")
     check_fits("equilibrium", equilibrium, robot)
+    check_shape("stop", stop, ())
+    check_finite("stop", stop)
     check_integer("points", points)
     check_integer("steps", steps)
     check_positive("rtol", rtol)
     check_solved("equilibrium", equilibrium)
     selection = select(robot, (parameter,), "parameter")
     start = float(selection.get(robot)[0])
-    if not np.isfinite(stop) or stop == start:
+    stop = float(stop)
+    if stop == start:
         raise InputError(
             f"Argument `stop` must be a number other than the present value {start}, but it is "
             f"{stop!r}."

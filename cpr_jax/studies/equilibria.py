@@ -12,6 +12,7 @@ from jaxtyping import Float
 
 from ..analysis.pieces import rods_in_pieces
 from ..analysis.stability import count_unstable
+from ..checks import check_finite, check_kind, check_shape
 from ..errors import InputError, check_integer
 from ..geometry import Numbers, floats
 from ..parallel import in_parallel, padded
@@ -100,6 +101,7 @@ def find_equilibria(
     - `imposed`: names of the coordinates that `point` holds, as in `solve_inverse`.
     - `starts`, `seed`: how many starts, and the seed of their scrambling.
     """
+    check_kind("robot", robot, Robot, "a Robot")
     if (point is None) == (q_a is None):
         raise InputError("Arguments `point` and `q_a` must be given one and not the other.")
     check_integer("starts", starts)
@@ -111,9 +113,9 @@ def find_equilibria(
     else:
         assert q_a is not None
         places, name, given = tuple(range(n_a)), "q_a", q_a
+    check_shape(name, given, (n_a,))
+    check_finite(name, given)
     values = np.asarray(given, float)
-    if values.shape != (n_a,) or not np.all(np.isfinite(values)):
-        raise InputError(f"Argument `{name}` must be {n_a} finite numbers, but it is {given!r}.")
     target = np.zeros(n_a + robot.n_p)
     target[list(places)] = values
     problem = Problem(robot.unnamed, imposed_rows(robot, places), floats(target))
@@ -127,26 +129,29 @@ def find_equilibria(
         if int(at_home.status) == Status.SOLVED:
             first = np.concatenate([np.asarray(at_home.y)[None], first])
     y, solved = _newton(problem, first, coarse)
-    distinct, hits = _distinct(_principal(robot, y[solved], places), units)
+    found = _principal(robot, y[solved], places)
+    kept, hits = _distinct(found, units, np.ones(len(found), int))
+    distinct = found[kept]
     for turn in range(_ROUNDS if len(distinct) else 0):
         y, solved = _newton(problem, recombined(robot, distinct, units, (seed, turn)), coarse)
         more = _principal(robot, np.concatenate([distinct, y[solved]]), places)
-        more, again = _distinct(more, units)
-        again[: len(distinct)] += hits - 1
-        distinct, hits = more, again
+        kept, hits = _distinct(more, units, np.append(hits, np.ones(np.sum(solved), int)))
+        distinct = more[kept]
     if len(distinct) == 0:
         return AllEquilibria(distinct, np.zeros(0), hits, np.zeros((0, robot.n)), hits, 0.0)
     looks = [_look(problem, floats(batch), steps) for batch in _batches(distinct)]
     y, good, energy, index, bows = (
         np.concatenate(part)[: len(distinct)] for part in zip(*looks, strict=True)
     )
-    y = _principal(robot, y, places)
-    order = np.argsort(energy[good], kind="stable")
-    hits = hits[good]
+    # Some are the same only now that they are solved to the end.
+    y, hits = _principal(robot, y[good], places), hits[good]
+    kept, hits = _distinct(y, units, hits)
+    y, energy, index, bows = (part[kept] for part in (y, energy[good], index[good], bows[good]))
+    order = np.argsort(energy, kind="stable")
     once, twice = np.sum(hits == 1), np.sum(hits == 2)
     unseen = once * (once - 1) / (2.0 * (twice + 1.0))
-    y, energy, index, bows = (part[good][order] for part in (y, energy, index, bows))
-    return AllEquilibria(y, energy, index, bows, hits[order], float(unseen))
+    y, energy, index, bows, hits = (part[order] for part in (y, energy, index, bows, hits))
+    return AllEquilibria(y, energy, index, bows, hits, float(unseen))
 
 
 def _batches(rows: np.ndarray) -> list[np.ndarray]:
@@ -232,21 +237,30 @@ def _within_half(values: np.ndarray, periods: np.ndarray) -> np.ndarray:
 
 
 def _within_half_a_turn(vectors: np.ndarray) -> np.ndarray:
-    """Rotation vectors `(k, r)` of the same orientations: whole turns about an axis change none."""
+    """Rotation vectors `(k, r)` of the same orientations: whole turns about an axis change none.
+
+    Half a turn about an axis is one about its opposite: of the two, that with a first component
+    that is positive, however they are rounded.
+    """
     angle = np.linalg.norm(vectors, axis=1, keepdims=True)
     whole = 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
-    return vectors * (1.0 - whole / np.where(angle > 0.0, angle, 1.0))
+    vectors = vectors * (1.0 - whole / np.where(angle > 0.0, angle, 1.0))
+    angle = np.linalg.norm(vectors, axis=1, keepdims=True)
+    first = np.argmax(np.abs(vectors) > _APART, axis=1)[:, None]
+    other = (angle > np.pi - _APART) & (np.take_along_axis(vectors, first, axis=1) < 0.0)
+    return np.where(other, vectors * (1.0 - 2.0 * np.pi / np.where(other, angle, 1.0)), vectors)
 
 
-def _distinct(y: np.ndarray, units: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Solutions that differ, and how often each is there."""
-    kept: list[np.ndarray] = []
-    hits: list[int] = []
-    for row in y / units:
-        gaps = [np.max(np.abs(row - other)) for other in kept]
-        if gaps and min(gaps) < _APART:
-            hits[int(np.argmin(gaps))] += 1
+def _distinct(y: np.ndarray, units: np.ndarray, hits: np.ndarray) -> tuple[list, np.ndarray]:
+    """Places of the first of all solutions that agree, and their hits together."""
+    kept: list[int] = []
+    counts: list[int] = []
+    scaled = y / units
+    for place, row in enumerate(scaled):
+        gaps = np.max(np.abs(scaled[kept] - row), axis=1)
+        if len(kept) and np.min(gaps) < _APART:
+            counts[int(np.argmin(gaps))] += int(hits[place])
         else:
-            kept.append(row)
-            hits.append(1)
-    return np.array(kept).reshape(-1, units.size) * units, np.array(hits, int)
+            kept.append(place)
+            counts.append(int(hits[place]))
+    return kept, np.array(counts, int)

@@ -4,12 +4,13 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int8
 from scipy.ndimage import distance_transform_edt
 
 from ..errors import InputError
 from ..statics.advance import Nearby
 from ..statics.continuation import DEVIATION
+from ..statics.reach import used_up
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
 from .follower import Follower
@@ -43,6 +44,7 @@ class Front:
 
     - `y`: dimensionless unknowns; `slope`: their derivatives along the axes.
     - `solved`: which cells are; `wanted`: which are to be.
+    - `gone`: cells for which motors would have to draw in more than there is of a rod.
     - `sign`: of `det ∂R/∂y` on the branch.
     - `fresh`: places that the last pass has solved; `None` where all of a lattice is to be tried.
     """
@@ -55,9 +57,11 @@ class Front:
         stride: int = 1,
     ):
         self.follower, self.grid = follower, grid
-        units = self.units = np.asarray(unknown_scales(follower.robot))[list(grid.axes)]
-        strides = 0.05 / float(np.max(grid.spacing / units))
-        self.coarsest = max(stride, 2 ** max(0, int(np.floor(np.log2(max(strides, 1.0))))))
+        self.units = np.asarray(unknown_scales(follower.robot))
+        strides = 0.05 / float(np.max(grid.spacing / self.units[list(grid.axes)]))
+        # The margin is as wide: on a small grid it must not be most of what is kept.
+        strides = min(strides, max(grid.shape) / 4.0)
+        self.coarsest = max(stride, 2 ** int(np.log2(max(strides, 1.0))))
         margin = self.margin = self.coarsest
         shape = tuple(n + 2 * margin for n in grid.shape)
         self.inner = tuple(slice(margin, -margin) for _ in shape)
@@ -71,6 +75,7 @@ class Front:
         self.solved = np.zeros(shape, bool)
         self.tried = np.zeros(shape, np.uint16)
         self.stalled = np.zeros(shape, bool)
+        self.gone = np.zeros(shape, bool)
         self.stage = 0
         self.fresh: np.ndarray | None = None
         self.sign = 0.0
@@ -78,28 +83,29 @@ class Front:
 
     def _plant(self, seed) -> tuple[int, int]:
         """Follows the seed to the cell nearest to it."""
-        begin = seed[list(self.grid.axes)] * self.units
+        begin = (seed * self.units)[list(self.grid.axes)]
         cell = self.grid.nearest(begin)
         goal = self.grid.points[cell]
         found = self._creep_along(seed[None], begin[None], goal[None])
-        if found.status[0] != Status.SOLVED:
+        place = (cell[0] + self.margin, cell[1] + self.margin)
+        self._put(np.array([place]), found, found.status == Status.SOLVED)
+        if not self.solved[place]:
+            status = Status.OUT_OF_REACH if self.gone[place] else Status(int(found.status[0]))
             raise SeedApart(
                 "Argument `seed` must lie beside the grid, but the branch does not reach its "
-                f"nearest cell {goal.tolist()}: {Status(int(found.status[0])).message}."
+                f"nearest cell {goal.tolist()}: {status.message}."
             )
         self.sign = float(found.sign[0])
-        place = (cell[0] + self.margin, cell[1] + self.margin)
-        self._put(np.array([place]), found, np.array([True]))
         return place
 
     def state(self) -> dict[str, Any]:
         """What a run needs to go on from here."""
-        names = ("y", "slope", "solved", "tried", "stalled")
+        names = ("y", "slope", "solved", "tried", "stalled", "gone")
         return {name: getattr(self, name) for name in names} | {"stage": np.array(self.stage)}
 
     def restore(self, state: dict[str, Any]) -> None:
         """Goes back to a `state`."""
-        for name in ("y", "slope", "solved", "tried", "stalled"):
+        for name in ("y", "slope", "solved", "tried", "stalled", "gone"):
             getattr(self, name)[...] = state[name]
         self.stage = int(state["stage"])
 
@@ -207,6 +213,7 @@ class Front:
     def _creep(self, stride: int) -> bool:
         """Follows the branch into cells that fail at once, from one new neighbour each."""
         at = self._unsolved(stride)
+        at = at[~self.gone[tuple(at.T)]]
         beside = at[:, None] + stride * OFFSETS[:4]
         bits = 1 << (8 + np.arange(4))
         untried = (self.tried[at[:, 0], at[:, 1]][:, None] & bits) == 0
@@ -232,18 +239,27 @@ class Front:
         return self.follower.creep(start, *ways)
 
     def _put(self, at, found: Nearby, good) -> None:
+        """Adds equilibria; those with a rod that is used up are none, and nothing goes on there."""
+        robot = self.follower.robot
+        q_a = found.y[:, : robot.n_a] * self.units[: robot.n_a]
+        gone = good & np.asarray(used_up(robot, q_a))
+        self.gone[tuple(at[gone].T)] = True
+        good = good & ~gone
         cells = tuple(at[good].T)
         self.y[cells], self.slope[cells] = found.y[good], found.slope[good]
         self.solved[cells] = True
         self.fresh = at[good]
 
-    def uncertain(self) -> Bool[np.ndarray, "n_0 n_1"]:
-        """Cells without an equilibrium before which the branch does not fold for certain.
+    def ended(self) -> Int8[np.ndarray, "n_0 n_1"]:
+        """Why the branch does not come to cells without an equilibrium.
 
         What was tried is judged by that, the others like the nearest that was.
         """
-        judged = (self.tried >> 8 != 0) & ~self.solved
-        if not np.any(judged & self.stalled):
-            return np.zeros_like(self.solved[self.inner])
-        _, nearest = distance_transform_edt(~judged, return_indices=True)
-        return (self.stalled[tuple(nearest)] & ~self.solved)[self.inner]
+        judged = ((self.tried >> 8 != 0) | self.gone) & ~self.solved
+        why = np.full(self.solved.shape, int(Status.BEYOND_FOLD), np.int8)
+        why[self.stalled] = Status.NOT_CONVERGED
+        why[self.gone] = Status.OUT_OF_REACH
+        if np.any(judged & (why != Status.BEYOND_FOLD)):
+            _, nearest = distance_transform_edt(~judged, return_indices=True)
+            why = why[tuple(nearest)]
+        return why[self.inner]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from ..errors import InputError
+from ..errors import InputError, shown
 from ..robots.robot import Robot
 from ..statics.reach import reaches
 from ..statics.unknowns import unknown_labels, unknown_scales
@@ -65,7 +65,7 @@ def make_grid(
     robot: Robot,
     begin: Float[np.ndarray, " n_q"],
     spacing: float | Sequence[float] | None,
-    box: Float[np.ndarray, "2 2"] | None,
+    box: Sequence[Sequence[float]] | Float[np.ndarray, "2 2"] | None,
     names: tuple[str, str] | None = None,
     mirror: bool = False,
     refine: int = 0,
@@ -95,11 +95,14 @@ def make_grid(
     axes = (n_a + places[0], n_a + places[1])
     strides = _spacing(robot, axes, spacing) / 2**refine
     reach = _reachable_box(robot, begin[n_a:])
-    corners = reach[:, places] if box is None else np.asarray(box, float)
+    try:
+        corners = reach[:, places] if box is None else np.asarray(box, float)
+    except (TypeError, ValueError):
+        corners = np.empty(0)
     if corners.shape != (2, 2) or not np.all(np.isfinite(corners)):
         raise InputError(
             "Argument `box` must hold a lower and an upper corner of two finite numbers each, "
-            f"but it is {box!r}."
+            f"but it is {shown(box)}."
         )
     if mirror:
         corners = np.array([[max(0.0, corners[0, 0]), corners[0, 1]], corners[1]])

@@ -10,11 +10,13 @@ import jax
 import numpy as np
 from tqdm import tqdm
 
+from ..analysis.belonging import check_belongs
 from ..analysis.ellipsoid import ellipsoid
 from ..analysis.expansion import expand
 from ..analysis.parameters import ranges, select
-from ..analysis.sensitivity import check_belongs, named
+from ..analysis.sensitivity import named
 from ..analysis.slopes import Hold, slopes_at
+from ..checks import check_kind
 from ..errors import InputError, check_integer, shown
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
@@ -84,8 +86,10 @@ def monte_carlo(
     - `progress`: show a progress bar on standard error.
 
     Batches go to all local devices, windows to all processes of `jax.distributed`, of which each
-    gets the whole result; the numbers are the same.
+    gets the whole result; the numbers are the same. `samples_dataset` makes a labelled dataset of
+    it, which `save_dataset` writes.
     """
+    check_kind("robot", robot, Robot, "a Robot")
     check_integer("samples", samples, most=_MOST)
     check_integer("seed", seed, least=0, most=_LARGEST_SEED)
     check_integer("keep", keep, least=0)

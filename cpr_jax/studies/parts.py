@@ -16,6 +16,9 @@ from ..errors import InputError, shown
 
 _CONFIGURATION = "configuration.json"
 
+_DAMAGED = ValueError, EOFError, KeyError, OSError, RuntimeError, zipfile.BadZipFile
+"""What reading a file ends with that is not there or not whole, whichever of its bits is wrong."""
+
 _reading = threading.Lock()
 """numpy parses the header of an array as Python, which two threads must not do at the same time
 before Python 3.11.8 and 3.12.2: a SystemError about the depth of its recursion."""
@@ -70,7 +73,7 @@ class Parts:
         try:
             with _reading, np.load(path) as file:
                 arrays = {key: file[key] for key in file.files}
-        except (FileNotFoundError, ValueError, EOFError, KeyError, OSError, zipfile.BadZipFile):
+        except _DAMAGED:
             return None
         stored, run = arrays.pop("checksum", None), arrays.pop("run", None)
         if stored is None or str(stored) != _checksum(arrays) or str(run) != self._run:

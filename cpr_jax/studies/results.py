@@ -4,45 +4,53 @@ import json
 import operator
 import os
 import pathlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import xarray as xr
 
 from ..atomic import write_atomically
+from ..checks import check_kind
+from ..errors import InputError
 from ..statics.status import Status
 from .outcome import MonteCarlo
+from .parts import refuse_other
 from .versions import versions
 
 
 def samples_dataset(
-    studies: Sequence[MonteCarlo],
-    points: Sequence[str],
-    units: Sequence[str],
-    about: Mapping[str, object] | None = None,
+    studies: MonteCarlo | Mapping[str, MonteCarlo], about: Mapping[str, object] | None = None
 ) -> xr.Dataset:
-    """The samples of several Monte Carlo studies of one robot as one labelled dataset.
+    """The samples of Monte Carlo studies of one robot as one labelled dataset.
 
     **Arguments:**
 
-    - `points`: a name for each study, the coordinate `point`.
-    - `units`: SI units of the platform coordinates.
+    - `studies`: one study, or several by the name of their point. Of each, the samples are taken
+        that all of them have.
     - `about`: further attributes, such as the robot's name and the seed.
 
     **Returns:**
 
-    A dataset with dimensions point, sample, parameter, coordinate and axis.
+    A dataset with dimensions point, sample, parameter, coordinate and axis (SI units, world axes);
+    `save_dataset` writes it.
+
+    **Raises:** `InputError` for studies of different robots or parameters.
     """
-    first = studies[0]
-    shortest = min(len(study.status) for study in studies)
+    given = {"point": studies} if isinstance(studies, MonteCarlo) else studies
+    check_kind("studies", given, Mapping, "a Monte Carlo study, or several by their names")
+    _check_alike(given)
+    several = list(given.values())
+    first = several[0]
+    shortest = min(len(study.status) for study in several)
     rows = first.sensitivity.rows
     n_p = first.q_p.shape[1]
     n_a = first.sensitivity.Pi_tau.shape[0]
     coordinates = list(rows[n_a : n_a + n_p])
     axes = list(first.ellipsoid.labels)
+    units = ["m"] * len(axes) + ["rad"] * (n_p - len(axes))
 
     def stack(get: Callable[[MonteCarlo], object]) -> np.ndarray:
-        return np.stack([np.asarray(get(study)) for study in studies])
+        return np.stack([np.asarray(get(study)) for study in several])
 
     def nominal(study: MonteCarlo) -> np.ndarray:
         return np.asarray(study.sensitivity.y)
@@ -101,11 +109,11 @@ def samples_dataset(
             ),
         },
         coords={
-            "point": list(points),
+            "point": list(given),
             "parameter": list(first.sensitivity.columns),
             "parameter_unit": ("parameter", list(first.sensitivity.column_units)),
             "coordinate": coordinates,
-            "coordinate_unit": ("coordinate", list(units)),
+            "coordinate_unit": ("coordinate", units),
             "axis": axes,
             "other_axis": axes,
             "motor": list(rows[:n_a]),
@@ -118,6 +126,18 @@ def samples_dataset(
         },
     )
     return dataset
+
+
+def _check_alike(studies: Mapping[str, MonteCarlo]) -> None:
+    if not studies:
+        raise InputError("Argument `studies` must hold at least one study, but it is empty.")
+    for name, study in studies.items():
+        check_kind(f"studies[{name!r}]", study, MonteCarlo, "a Monte Carlo study")
+    theories = [study.sensitivity for study in studies.values()]
+    if len({(theory.rows, theory.columns) for theory in theories}) > 1:
+        raise InputError(
+            "Argument `studies` must be of one robot and of the same parameters, but they differ."
+        )
 
 
 def save_dataset(
@@ -134,3 +154,16 @@ def save_dataset(
         dataset.to_netcdf(file, engine="h5netcdf", encoding=packed)
 
     write_atomically(path, write, scratch)
+
+
+def load_finished(path: pathlib.Path, configuration: dict) -> xr.Dataset | None:
+    """A result that is there already.
+
+    **Raises:** `InputError` where it is another one.
+    """
+    if not path.exists():
+        return None
+    with xr.open_dataset(path, engine="h5netcdf") as dataset:
+        stored = json.loads(dataset.attrs.get("configuration", "{}"))
+        refuse_other(stored, json.loads(json.dumps(configuration)), path.parent)
+        return dataset.load()

@@ -8,9 +8,11 @@ from jaxtyping import Array, Float
 
 from ..analysis.entries import Common
 from ..analysis.parameters import Selection
+from ..geometry import floats
 from ..programs import program
 from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium, base_wrenches
+from ..statics.problem import forward_rows
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales, unravel
 from .follower import Follower
@@ -19,6 +21,12 @@ from .limits import Limits
 
 _ALIKE = 1e-7
 """Wrenches and poses that differ by less, relatively, are the same."""
+
+_NUDGE = 1e-3
+"""Of a parameter or its half range, by how much it is changed to see what it does."""
+
+_EVEN = 1e-4
+"""Kernels of ellipsoids that differ by less, relatively, are the same, as seen by differences."""
 
 
 def is_mirror_symmetric(
@@ -80,11 +88,26 @@ def is_mirror_symmetric(
         if min(gaps) > _ALIKE * size:
             return False
         twins.append(free.pop(int(np.argmin(gaps))))
-    if limits is not None and limits.motors is not None:
+    if limits is not None:
         motors = np.sort([part[:n_a] / units[:n_a] for part in y], axis=1)
-        if np.max(np.abs(motors[1] - motors[0])) > _ALIKE:
+        if limits.motors is not None and np.max(np.abs(motors[1] - motors[0])) > _ALIKE:
             return False
-    return selection is None or _vary_alike(robot, selection, delta, twins)
+        if not _are_limited_alike(robot, limits, twins):
+            return False
+    if selection is None or not _vary_alike(robot, selection, delta, twins):
+        return selection is None
+    # In space the frames of round rods may lie anywhere about their tangents: what is the same
+    # number of two legs need not be its mirror image.
+    return geometry.d == 2 or _spread_alike(follower, found.y[:2], selection, delta, pose)
+
+
+def _are_limited_alike(robot: Robot, limits: Limits, twins: Sequence[int]) -> bool:
+    """Whether the motor of each leg has the limits of that on the other side."""
+    bounds = limits.of_motors(robot.n_a)
+    if np.all(bounds == bounds[:, :1]):
+        return True
+    of_legs = robot.n == robot.n_a and np.array_equal(robot.transmission, np.eye(robot.n))
+    return of_legs and np.array_equal(bounds[:, list(twins)], bounds)
 
 
 def _vary_alike(robot: Robot, selection: Selection, delta, twins: Sequence[int]) -> bool:
@@ -104,6 +127,35 @@ def _vary_alike(robot: Robot, selection: Selection, delta, twins: Sequence[int])
         if not abs(twin - half_range) <= _ALIKE * half_range:
             return False
     return True
+
+
+def _spread_alike(follower: Follower, ys, selection: Selection, delta, pose) -> bool:
+    """Whether the platform's ellipsoids at two mirrored equilibria are mirror images.
+
+    By differences, with the program that follows the branch.
+    """
+    robot, n_a = follower.robot, follower.robot.n_a
+    held = follower._replace(imposed=forward_rows(robot))
+    goals = (ys * np.asarray(unknown_scales(robot)))[:, : n_a + robot.n_p]
+    rho, moves = np.asarray(selection.get(robot)), []
+    for k in np.flatnonzero(delta):
+        step = _NUDGE * max(abs(rho[k]), delta[k]) * (np.arange(len(rho)) == k)
+        ends = [
+            held._replace(robot=_varied(robot, selection, floats(end))).advance(ys, goals)
+            for end in (rho + step, rho - step)
+        ]
+        if any(np.any(end.status != Status.SOLVED) for end in ends):
+            return False
+        moves.append((ends[0].y - ends[1].y)[:, n_a : n_a + robot.n_p] * delta[k] / step[k])
+    if not moves:
+        return True
+    right, left = np.einsum("kwi,kwj->wij", moves, moves)
+    return bool(np.max(np.abs(left * np.outer(pose, pose) - right)) <= _EVEN * np.max(right))
+
+
+@program
+def _varied(robot: Robot, selection: Selection, rho: Float[Array, " n_rho"]) -> Robot:
+    return selection.set(robot, rho)
 
 
 @program

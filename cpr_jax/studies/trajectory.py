@@ -8,7 +8,7 @@ import xarray as xr
 from jaxtyping import Array, Bool, Float
 
 from ..analysis.parameters import Selection, selected
-from ..checks import check_kind, check_positive, finite_rows
+from ..checks import check_kind, check_positive, check_shape, finite_rows
 from ..errors import check_integer
 from ..parallel import in_parallel, padded
 from ..robots.robot import Robot
@@ -88,8 +88,10 @@ def trajectory(
         check_fits("seed", seed, robot)
     if limits is not None:
         check_kind("limits", limits, Limits, "`Limits`")
+        limits.check_fits(robot)
     check_integer("steps", steps)
     if spacing is not None:
+        check_shape("spacing", spacing, ())
         check_positive("spacing", spacing)
     labels = [unknown_labels(robot)[place] for place in places]
     corners = finite_rows("waypoints", waypoints, labels, least=2)

@@ -1,6 +1,7 @@
 """Maps over three platform coordinates, slice by slice."""
 
 import contextlib
+import dataclasses
 import json
 import pathlib
 from collections.abc import Sequence
@@ -10,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ..errors import InputError, shown
+from ..plain import plain
 from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium, check_fits, check_solved
 from ..statics.problem import coordinate_places, imposed_coordinates
@@ -17,8 +19,9 @@ from ..statics.solve import solve_inverse
 from ..statics.status import Status
 from ..statics.unknowns import unknown_units
 from .front import SeedApart
-from .parts import refuse_unfinished
-from .results import save_dataset
+from .parts import digest, refuse_unfinished
+from .results import load_finished, save_dataset
+from .versions import versions
 from .workspace import workspace_map
 
 
@@ -45,8 +48,8 @@ def workspace_volume(
     - `axes`: two axes of the slices, and the third.
     - `imposed`: as in `workspace_map`, the three axes among them.
     - `out`: folder for `volume.nc`, with a folder for each slice while the run lasts.
-    - `options`: of `workspace_map`; with `resume` finished slices are taken up. `box` is needed, so
-        that all slices have the same cells.
+    - `options`: of `workspace_map`; with `resume` finished slices, or a finished volume of the same
+        arguments, are taken up. `box` is needed, so that all slices have the same cells.
 
     **Returns:** a dataset as of `workspace_map` with the third axis before the others. The
     singular curves are padded to the longest.
@@ -58,19 +61,20 @@ def workspace_volume(
         raise InputError(
             f"Argument `heights` must be ascending numbers, but it is {shown(heights)}."
         )
-    if len(set(axes)) != 3:
+    names = [str(name).removeprefix("p_P_") for name in axes]
+    if len(set(names)) != 3 or len(names) != 3:
         raise InputError(f"Argument `axes` must name three coordinates, but it is {shown(axes)}.")
     if options.get("box") is None:
         raise InputError("Argument `box` must be given for a volume, but it is None.")
     places = imposed_coordinates(robot, imposed)
-    third = coordinate_places(robot, axes[2:], "axes")[0]
+    third = coordinate_places(robot, names[2:], "axes")[0]
     if third < robot.n_a:
         raise InputError(
-            f"Argument `axes` must name platform coordinates, but {axes[2]} is a motor."
+            f"Argument `axes` must name platform coordinates, but {names[2]} is a motor."
         )
     if third not in places:
         raise InputError(
-            f"Argument `imposed` must contain the third axis, {axes[2]}, but it does not."
+            f"Argument `imposed` must contain the third axis, {names[2]}, but it does not."
         )
     folder = None if out is None else pathlib.Path(out)
     if folder is not None and not options.get("resume"):
@@ -84,6 +88,11 @@ def workspace_volume(
         seed = solve_inverse(robot, home[list(places)], imposed=imposed)
     check_fits("seed", seed, robot)
     check_solved("seed", seed)
+    configuration = _configuration(robot, seed, values, names, places, options)
+    if folder is not None and options.get("resume"):
+        finished = load_finished(folder / "volume.nc", configuration)
+        if finished is not None:
+            return finished
 
     slices: dict[int, xr.Dataset] = {}
     # From the seed outward, each from its neighbour.
@@ -103,7 +112,7 @@ def workspace_volume(
         place = None if folder is None else _slice(folder, k)
         try:
             slices[k] = workspace_map(
-                robot, found, axes=(axes[0], axes[1]), imposed=imposed, out=place, **options
+                robot, found, axes=(names[0], names[1]), imposed=imposed, out=place, **options
             )
         except SeedApart:
             # It is reached beside the grid only.
@@ -114,7 +123,8 @@ def workspace_volume(
         raise InputError(
             "Argument `heights` must hold a value that the branch reaches, but none is reached."
         )
-    dataset = _stacked(slices, values, axes[2], unknown_units(robot)[third])
+    dataset = _stacked(slices, values, names[2], unknown_units(robot)[third])
+    dataset.attrs["configuration"] = json.dumps(configuration, sort_keys=True)
     if folder is not None:
         save_dataset(dataset, folder / "volume.nc")
         for k in slices:
@@ -123,6 +133,24 @@ def workspace_volume(
             with contextlib.suppress(OSError):
                 _slice(folder, k).rmdir()
     return dataset
+
+
+def _configuration(robot, seed, values, names, places, options) -> dict[str, Any]:
+    """What decides every number of a volume, in a form that can be compared and stored."""
+    limits = options.get("limits")
+    told = {**options, "limits": None if limits is None else dataclasses.asdict(limits)}
+    told.pop("resume", None)
+    told.pop("progress", None)
+    return {
+        "robot": robot.name,
+        "robot_digest": digest(robot),
+        "seed_digest": digest(seed.y),
+        "heights": values.tolist(),
+        "axes": names,
+        "imposed": list(places),
+        "options": plain(told),
+        "versions": versions(),
+    }
 
 
 def _slice(folder: pathlib.Path, k: int) -> pathlib.Path:
@@ -151,8 +179,6 @@ def _stacked(slices: dict[int, xr.Dataset], values: np.ndarray, axis: str, unit:
             full[k][tuple(slice(0, size) for size in array.shape)] = array
         variables[str(name)] = ((axis, *model[name].dims), full, model[name].attrs)
     attributes = {**model.attrs, "held": json.dumps(_held(model, axis))}
-    # That of one slice.
-    del attributes["configuration"]
     third = axis, values, {"units": unit, "long_name": f"platform coordinate {axis}"}
     return xr.Dataset(variables, {**model.coords, axis: third}, attributes)
 

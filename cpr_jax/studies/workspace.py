@@ -17,7 +17,7 @@ from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium, check_fits, check_solved
 from ..statics.problem import imposed_coordinates, imposed_rows
-from ..statics.reach import out_of_reach, used_up
+from ..statics.reach import out_of_reach
 from ..statics.roots import TOLERANCE
 from ..statics.solve import solve_inverse
 from ..statics.status import Status
@@ -29,9 +29,9 @@ from .front import Front, SeedApart
 from .grid import make_grid
 from .limits import Limits
 from .map_dataset import Found, map_dataset
-from .parts import Parts, digest, refuse_other
+from .parts import Parts, digest
 from .refinement import refined, representatives
-from .results import save_dataset
+from .results import load_finished, save_dataset
 from .sheet import singular_lines
 from .stages import Job, cells_and_seam, follow
 from .symmetry import is_mirror_symmetric
@@ -103,6 +103,7 @@ def workspace_map(
 
     **Raises:** `ValueError` for a bad argument; `SolveError` where the home has no solution.
     """
+    check_kind("robot", robot, Robot, "a Robot")
     places = imposed_coordinates(robot, imposed)
     selection, half_ranges = selected(robot, parameters, delta)
     if seed is not None:
@@ -117,9 +118,8 @@ def workspace_map(
     check_integer("steps", steps)
     if resume and out is None:
         raise InputError("Argument `out` must be given to resume a map, but it is None.")
-    corners = None if box is None else np.asarray(box, float)
     # Made once before anything is computed, so that mistakes are named at once.
-    grid = make_grid(robot, begin, spacing, corners, axes, refine=refine)
+    grid = make_grid(robot, begin, spacing, box, axes, refine=refine)
     if not set(grid.axes) <= set(places):
         raise InputError(
             f"Argument `imposed` must contain the axes of the map, {' and '.join(grid.names)}, "
@@ -127,6 +127,7 @@ def workspace_map(
         )
     if limits is not None:
         check_kind("limits", limits, Limits, "`Limits`")
+        limits.check_fits(robot)
     chunk = _CHUNK if grid.shape[0] * grid.shape[1] > 4 * _CHUNK else _CHUNK // 8
     folder = None if out is None else pathlib.Path(out)
     many = grid.shape[0] * grid.shape[1] > _MANY
@@ -140,12 +141,12 @@ def workspace_map(
             uncertain = selection, np.asarray(half_ranges), limits
             symmetry = box is None and is_mirror_symmetric(follower, seed, grid, places, *uncertain)
         begin = np.concatenate([seed.q_a, seed.q_p])
-        grid = make_grid(robot, begin, spacing, corners, axes, symmetry, refine)
+        grid = make_grid(robot, begin, spacing, box, axes, symmetry, refine)
         configuration = _configuration(
             robot, seed, grid, places, selection, half_ranges, limits, steps, refine
         )
         if folder is not None and resume:
-            finished = _finished(folder / "map.nc", configuration)
+            finished = load_finished(folder / "map.nc", configuration)
             if finished is not None:
                 return finished
         place = None if folder is None else folder / "parts"
@@ -202,19 +203,6 @@ def _configuration(
     }
 
 
-def _finished(path: pathlib.Path, configuration: dict) -> xr.Dataset | None:
-    """A map that is there already.
-
-    **Raises:** `InputError` where it is another one.
-    """
-    if not path.exists():
-        return None
-    with xr.open_dataset(path, engine="h5netcdf") as dataset:
-        stored = json.loads(dataset.attrs.get("configuration", "{}"))
-        refuse_other(stored, json.loads(json.dumps(configuration)), path.parent)
-        return dataset.load()
-
-
 def _map(job: Job, bar: tqdm) -> xr.Dataset:
     robot, seed, grid, imposed, selection, delta, limits, steps, refine, _, follower, ahead, _ = job
     units = np.asarray(unknown_scales(robot))
@@ -243,16 +231,13 @@ def _map(job: Job, bar: tqdm) -> xr.Dataset:
     solved = front.solved[front.inner].copy()
     y = front.y[front.inner] * units
 
-    status = np.full(grid.shape, int(Status.BEYOND_FOLD), np.int8)
-    status[front.uncertain()] = Status.NOT_CONVERGED
+    status = front.ended()
     targets = grid.targets(grid.points.reshape(-1, 2))
     far = out_of_reach(robot, targets, imposed).reshape(grid.shape)
     status[far] = Status.OUT_OF_REACH
     # What polishing does not bring below the tolerance is no solution, and does not look like one.
-    gone = used_up(robot, y[solved][:, : robot.n_a])
-    ended = np.where(cells.residual < TOLERANCE, int(Status.SOLVED), int(Status.NOT_CONVERGED))
-    status[solved] = np.where(gone, int(Status.OUT_OF_REACH), ended)
-    kept = status[solved] == Status.SOLVED
+    kept = cells.residual < TOLERANCE
+    status[solved] = np.where(kept, int(Status.SOLVED), int(Status.NOT_CONVERGED))
     solved[solved] = kept
     cells = Cell(*(leaf[kept] for leaf in cells))
     if limits is not None:

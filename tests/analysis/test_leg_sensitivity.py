@@ -79,3 +79,19 @@ def test_leg_must_exist(robot, equilibria):
 def test_inside_a_transformation_its_parameters_are_named(robot, equilibria):
     with pytest.raises(InputError, match="`parameters` must be given inside"):
         jax.eval_shape(lambda robot: cpr.leg_sensitivity(robot, equilibria[0.0, 0.2], 1).Pi, robot)
+
+
+def test_nothing_before_the_base_moves_a_rod_that_carries_weight():
+    """The base state is held: the load stays as it is in world axes, however the base is turned."""
+    steel = cpr.Material(E=200e9, density=7800.0)
+    rod = cpr.section_rod(cpr.PLANE, 0.25, cpr.circle(5e-4), steel, gravity=(0.0, -9.81))
+    legs = [
+        cpr.make_leg(cpr.PLANE, (side * 0.1, 0.0), rod, a=0.045, base_rotation=[0.2])
+        for side in (-1.0, 1.0)
+    ]
+    robot = cpr.make_robot(cpr.PLANE, legs, oriented=False, home=((2.3, 0.5), (0.0, 0.2)))
+    nominal = cpr.solve_inverse(robot, (0.0, 0.2))
+    names = ("legs.base_rotation[0,0]", "a1", "base1_y", "f1_z")
+    Pi = cpr.leg_sensitivity(robot, nominal, 1, parameters=names, points=5).Pi
+    np.testing.assert_allclose(Pi[..., :3], 0.0, atol=1e-12)
+    assert np.max(np.abs(Pi[..., 3])) > 1e-3

@@ -139,6 +139,11 @@ def test_labels_name_segments():
             select(robot, label)
     with pytest.raises(InputError, match=r"must name numbers that the robot has"):
         select(three_rfr(), "k_b1_2")
+    for labels in (("l2_2", "legs.rod.length[1]"), ("legs.rod.further.length[1,0]", "l2_1")):
+        for order in (labels, labels[::-1]):
+            with pytest.raises(InputError, match="change each other"):
+                select(robot, order)
+    select(robot, ("l2_2", "legs.rod.length[0]"))
 
 
 judged = in_blocks(lambda robot, y: cpr.stability(robot, at(robot, y)), 40)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import cpr_jax as cpr
 from tests.cli.common import run
 
 VIA = ("--via", "0", "200mm", "--via", "20mm", "0.2", "--via", "20mm", "150mm")
@@ -110,3 +111,48 @@ def test_mistakes_in_a_file_are_named_with_their_line(capsys, tmp_path, text, me
     code, out, err = run(capsys, "trajectory", "rfrfr", "--file", str(file))
     assert (code, out) == (2, "")
     assert message in err
+
+
+@pytest.fixture(scope="module")
+def mapped(tmp_path_factory):
+    """A folder with a map, as `cpr-jax workspace` writes it."""
+    folder = tmp_path_factory.mktemp("mapped")
+    cpr.workspace_map(cpr.rfrfr(), spacing=0.02, out=folder)
+    return folder
+
+
+AROUND = ("--via", "0", "60mm", "--via", "130mm", "-50mm", "--spacing", "10mm")
+
+
+def test_a_way_is_planned_on_a_map(capsys, tmp_path, mapped):
+    """Straight on the robot would cross the T2 line; around it nothing happens."""
+    answers = {}
+    for name, plan in (("straight", ()), ("around", ("--plan", str(mapped)))):
+        out = str(tmp_path / name)
+        code, text, _ = run(capsys, "trajectory", "rfrfr", *AROUND, *plan, "--out", out, "--json")
+        assert code == 0
+        answers[name] = json.loads(text)
+    assert "unstable" in [event["event"] for event in answers["straight"]["events"]]
+    assert answers["around"]["events"] == []
+    assert answers["around"]["length"] > 1.2 * answers["straight"]["length"]
+    with xr.open_dataset(mapped / "map.nc", engine="h5netcdf") as dataset:
+        way = cpr.plan_path(dataset.load(), (0.0, 0.06), (0.13, -0.05))
+    assert answers["around"]["length"] == pytest.approx(way.length)
+
+
+@pytest.mark.parametrize(
+    ("robot", "arguments", "message"),
+    [
+        ("rfrfr", AROUND, "`--plan` must be a folder that `cpr-jax workspace` has written"),
+        ("rfrfr-straight", AROUND, "`--plan` must be a map of straight RFRFR as it is now"),
+        ("rfrfr", ("--imposed", "q1,q2", *AROUND), "`--plan` must be a map over q1, q2"),
+        ("rfrfr", (*AROUND, "--via", "0", "5"), "`--via` must be on the map, whose z goes from"),
+    ],
+)
+def test_mistakes_of_a_plan_are_named(capsys, mapped, robot, arguments, message):
+    folder = mapped if "has written" not in message else mapped / "parts"
+    if "q1" in arguments[1]:
+        arguments = ("--imposed", "q1,q2", "--via", "0", "1", "--via", "1", "2")
+    code, out, err = run(capsys, "trajectory", robot, *arguments, "--plan", str(folder))
+    assert (code, out) == (2, "")
+    assert message in err and len(err.splitlines()) == 1

@@ -48,10 +48,37 @@ def made_up_map(names, labels=SPACE):
             "t2_line": (("curve", "point", "axis"), np.full((1, 2, 2), np.nan)),
         },
         coords={
+            "axis": list(names),
             **{n: (n, v, {"units": u}) for n, v, u in zip(names, lines, units, strict=True)},
             "coordinate": list(labels),
         },
     )
+
+
+def test_lines_go_with_the_cells_of_a_transposed_map(ax):
+    dataset = made_up_map(("y", "z"), ("p_P_y", "p_P_z"))
+    for drawn in (dataset, dataset.transpose("z", "y", ...)):
+        ax = plot_map(drawn, colorbar=False)
+        ends = np.array([[100.0, 200.0], [140.0, 260.0]])
+        lines = [line.get_xydata() for line in ax.lines if np.all(np.isfinite(line.get_xydata()))]
+        expected = ends if drawn is dataset else ends[:, ::-1]
+        np.testing.assert_allclose(lines[0], expected)
+        plt.close(ax.figure)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda d: (d.drop_vars("Pi_p"), [[0.12, 0.22]]), "`dataset` must have sensitivities"),
+        (lambda d: (d, (0.12, 0.22)), "`points` must be rows of 2 numbers"),
+        (lambda d: (d, [[0.12, 1.0]]), "`points` must be on the map, whose z goes from 0.2 to"),
+        (lambda d: (d.expand_dims("x"), [[0.12, 0.22]]), "must be a map over two coordinates"),
+    ],
+)
+def test_what_no_ellipses_can_be_drawn_of_is_named(ax, change, message):
+    dataset, points = change(made_up_map(("y", "z"), ("p_P_y", "p_P_z")))
+    with pytest.raises(cpr.InputError, match=message):
+        plot_ellipses(dataset, points, ax)
 
 
 def test_ellipses_of_a_planar_map_have_its_semi_axes(ax):

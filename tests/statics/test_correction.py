@@ -10,7 +10,9 @@ import pytest
 
 from cpr_jax.robots.catalogue import rfrfr, rfrfr_straight, three_pfr
 from cpr_jax.robots.catalogue_space import three_rfs
-from cpr_jax.statics.correction import _correct, linearised, settle
+from cpr_jax.rods.solver import Scheme
+from cpr_jax.statics.accuracy import MENU
+from cpr_jax.statics.correction import _correct, _rough, linearised, settle
 from cpr_jax.statics.correction import values as values_of_lanes
 from cpr_jax.statics.linear import eliminated_but_one
 from cpr_jax.statics.problem import Problem, forward_rows, full_residual
@@ -30,6 +32,13 @@ def problem_of(robot):
     n_q = robot.n_a + robot.n_p
     target, offset = RNG.normal(size=n_q), RNG.normal(size=robot.n_y - robot.n_a)
     return Problem(robot, forward_rows(robot), jnp.asarray(target), jnp.asarray(offset))
+
+
+@pytest.mark.parametrize("scheme", [*MENU, Scheme(5), Scheme(10), Scheme(20)])
+def test_the_jacobian_of_chords_takes_no_more_work_than_they_do(scheme):
+    rough = Scheme(*np.asarray(_rough(np.asarray(scheme))))
+    assert rough.work <= scheme.work
+    assert rough == scheme or rough.work >= Scheme(2, 8, 8).work
 
 
 @pytest.mark.parametrize("make", ROBOTS)
@@ -170,3 +179,16 @@ def test_elimination_of_all_unknowns_but_one(n):
     assert abs(float(found.own[3])) < 1e-13
     np.testing.assert_allclose(matrix[..., 3] @ found.weak[:, 3], 0.0, rtol=0, atol=1e-12)
     assert np.all(np.isfinite(found.solved[..., 3]))
+
+
+@pytest.mark.parametrize("make", [rfrfr, three_rfs])
+def test_all_that_is_done_along_the_rods_of_a_batch_is_one_kernel(make):
+    """Values are, and values with tangents: started one by one, their parts take three times as
+    long."""
+    if jax.default_backend() != "cpu":
+        pytest.skip("only the back end for the CPU has kernels to be started")
+    robot = make()
+    problem, ys = problem_of(robot), jnp.zeros((64, robot.n_y))
+    rights = jnp.zeros((robot.n_y, 2))
+    batch = jax.jit(jax.vmap(lambda y: settle(problem, y, rights, jnp.asarray(STEPS), chords=2)))
+    assert batch.lower(ys).as_text().count("xla_cpu_small_call") == 2

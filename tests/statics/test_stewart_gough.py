@@ -1,5 +1,6 @@
 """Six-leg robots of other people's programs, from a cold start."""
 
+import dataclasses
 import json
 import pathlib
 
@@ -8,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from cpr_jax.analysis.stability import stability
+from cpr_jax.geometry import floats
 from cpr_jax.robots.catalogue_space import stewart_gough, stewart_gough_clamped
 from cpr_jax.statics.solve import solve_forward, solve_inverse
 from cpr_jax.statics.status import Status
@@ -73,3 +75,36 @@ def test_rods_that_spin_in_their_base():
     twisted = solve_forward(robot, np.array([0.03, 0.0, 0.03, 0.0, 0.05, 0.0]))
     np.testing.assert_allclose(twisted.base_wrenches[:, 5], 0.0, rtol=0, atol=1e-12)
     assert np.all(np.abs(twisted.mu[:, 3]) > 0.01), "they turn"
+
+
+def test_a_robot_that_hangs_is_turned_by_the_shorter_way(robot, solved):
+    """Rotation vectors of less than half a turn lie all around where its home is."""
+    upside = Rotation.from_rotvec([np.pi - 1e-3, 0.0, 0.0])
+
+    def moved(vectors):
+        return floats(upside.apply(np.array(vectors)))
+
+    def turned(rotations):
+        return floats((upside * Rotation.from_rotvec(np.array(rotations))).as_rotvec())
+
+    legs, loads, home = robot.legs, robot.loads, robot.home
+    rod = dataclasses.replace(legs.rod, force=moved(legs.rod.force))
+    hanging = dataclasses.replace(
+        robot,
+        legs=dataclasses.replace(
+            legs,
+            base_position=moved(legs.base_position),
+            base_rotation=turned(legs.base_rotation),
+            rod=rod,
+        ),
+        loads=dataclasses.replace(loads, force=moved(loads.force)),
+        home=dataclasses.replace(
+            home, q_p=floats(np.concatenate([moved(home.q_p[:3]), turned(home.q_p[3:])]))
+        ),
+    )
+    asked = (upside * Rotation.from_rotvec([TILT, 0.0, 0.0])).as_rotvec()
+    assert np.linalg.norm(asked - hanging.home.q_p[3:]) > 1.9 * np.pi
+    found = solve_inverse(hanging, np.concatenate([moved((0.0, 0.0, 0.4)), asked]))
+    upright = solve_inverse(robot, (0.0, 0.0, 0.4, TILT, 0.0, 0.0))
+    np.testing.assert_allclose(found.q_a, upright.q_a, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(found.q_p[3:], asked, rtol=0, atol=1e-12)

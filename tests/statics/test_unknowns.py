@@ -1,9 +1,12 @@
 """Packing, labels and units of the unknowns."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
+import cpr_jax as cpr
+from cpr_jax.analysis.naming import segment_count
 from cpr_jax.geometry import PLANE
 from cpr_jax.robots.catalogue import rfrfr, rfrfr_straight, three_rfr
 from cpr_jax.robots.embedding import in_space
@@ -86,3 +89,22 @@ def test_every_status_has_a_message():
     assert len({status.message for status in Status}) == len(Status)
     error = SolveError(Status.LOST, "No equilibrium.")
     assert error.status is Status.LOST and isinstance(error, RuntimeError)
+
+
+def test_labels_are_the_same_within_a_transformation():
+    """What is known of a robot that is built there stays known."""
+
+    def labels_of(length):
+        leg = cpr.make_leg(
+            cpr.PLANE,
+            (0.0, 0.0),
+            cpr.segmented_rod([cpr.kirchhoff_rod(cpr.PLANE, part, 0.02) for part in (length, 0.1)]),
+            base_joint=cpr.passive(cpr.PLANE, cpr.pivot(cpr.PLANE)),
+        )
+        robot = cpr.make_robot(cpr.PLANE, [leg], oriented=True)
+        return unknown_labels(robot), segment_count(robot, 0), robot.legs.rod.length[0]
+
+    eager, within = labels_of(0.2), []
+    jax.jit(lambda length: within.append(labels_of(length)[:2]) or length)(0.2)
+    assert within == [eager[:2]]
+    assert "eta1_3" in eager[0]

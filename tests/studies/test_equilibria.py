@@ -188,6 +188,16 @@ def test_each_round_has_starts_of_its_own():
 
 
 @pytest.mark.parametrize("axes", [1, 3])
+def test_half_a_turn_has_one_axis(axes):
+    """As a robot has that is its own mirror image: rounding decides which of the two is found."""
+    first = np.array([[1e-9, 2.9, 1.2]])[:, -axes:]
+    for turn in (first / np.linalg.norm(first) * (np.pi + off) for off in (1e-12, 0.0, -1e-12)):
+        for sign in (1.0, -1.0):
+            found = _within_half_a_turn(sign * turn)
+            np.testing.assert_allclose(found, np.pi * first / np.linalg.norm(first), atol=1e-9)
+
+
+@pytest.mark.parametrize("axes", [1, 3])
 def test_orientations_that_differ_by_whole_turns_are_the_same(axes):
     vectors = np.random.default_rng(0).normal(size=(20, axes)) * 5.0
     vectors[0] = 0.0

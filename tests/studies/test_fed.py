@@ -45,6 +45,14 @@ def test_a_map_ends_where_a_rod_does(robot):
     assert np.all(drawn_in > -0.02)
 
 
+def test_no_map_leads_through_a_rod_that_is_used_up(robot):
+    """Below the motors the equations have equilibria again: no robot comes to them from above."""
+    grid = cpr.workspace_map(robot, spacing=0.02, box=((-0.02, -0.24), (0.02, 0.24)))
+    z, status = np.broadcast_arrays(grid.z.values, grid.status.values)
+    assert np.all(status[z > 0.2] == Status.SOLVED)
+    assert np.all(status[z < 0.1] == Status.OUT_OF_REACH)
+
+
 def test_a_search_finds_rods_that_are_there(robot):
     """Many of its starts have drawn in a segment: their energy is no measure."""
     homeless = dataclasses.replace(robot, home=None)

@@ -35,7 +35,7 @@ def test_parts_are_read_by_many_threads(tmp_path):
     assert all(part is not None and len(part) == 32 for part in found)
 
 
-@pytest.mark.parametrize("damage", ["cut", "flip", "empty"])
+@pytest.mark.parametrize("damage", ["cut", "flip", "empty", "newer", "locked"])
 def test_a_damaged_part_is_as_good_as_none(tmp_path, damage):
     parts = Parts(tmp_path / "parts", {}, resume=False)
     parts.save("one", ARRAYS)
@@ -44,7 +44,11 @@ def test_a_damaged_part_is_as_good_as_none(tmp_path, damage):
     place = data.find(ARRAYS["x"].tobytes()) + 40
     assert place > 40
     data[place] ^= 1
-    path.write_bytes({"cut": data[:-50], "flip": data, "empty": b""}[damage])
+    entry = data.rfind(b"PK\x01\x02")
+    newer, locked = bytearray(data), bytearray(data)
+    newer[entry + 6], locked[entry + 8] = 109, 1
+    damaged = {"cut": data[:-50], "flip": data, "empty": b"", "newer": newer, "locked": locked}
+    path.write_bytes(damaged[damage])
     assert parts.load("one") is None
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import cpr_jax as cpr
 from cpr_jax.analysis.parameters import select
@@ -104,6 +105,9 @@ def test_limits_of_motors_are_mirrored_where_motors_are(body):
     limits = cpr.Limits(motors=(0.0, 3.0))
     assert not judged(body, limits=limits)
     assert judged(body, limits=cpr.Limits(torque=0.3))
+    # The first two mirror each other, the third itself.
+    assert judged(body, limits=cpr.Limits(torque=(0.3, 0.3, 0.4)))
+    assert not judged(body, limits=cpr.Limits(torque=(0.3, 0.4, 0.4)))
 
 
 def test_a_map_of_uneven_ranges_has_both_halves():
@@ -139,3 +143,32 @@ def test_both_halves_of_a_map_agree(body):
         np.testing.assert_allclose(values, values[::-1], rtol=1e-7)
     q_1, q_2 = (whole["q_a"].values[..., k] for k in range(2))
     np.testing.assert_allclose(q_1, np.pi - q_2[::-1], rtol=1e-9)
+
+
+@pytest.mark.parametrize(("spin", "symmetric"), [(0.0, True), (np.pi / 4.0, False)])
+def test_frames_of_round_rods_may_lie_anywhere(spin, symmetric):
+    """Three upright rods of one kind, all as stiff in all directions; but what varies is not."""
+    up = Rotation.from_rotvec([0.0, -np.pi / 2.0, 0.0]) * Rotation.from_rotvec([spin, 0.0, 0.0])
+    rod = cpr.kirchhoff_rod(cpr.SPACE, 0.4, (0.1, 0.16, 0.16))
+
+    def ring(radius, angle):
+        return radius * np.cos(angle), radius * np.sin(angle), 0.0
+
+    legs = [
+        cpr.make_leg(
+            cpr.SPACE,
+            ring(0.1, angle),
+            rod,
+            base_rotation=up.as_rotvec(),
+            feed=1.0,
+            joint=cpr.spherical(cpr.SPACE),
+            attachment_position=ring(0.06, angle),
+        )
+        for angle in np.deg2rad([0.0, 120.0, 240.0])
+    ]
+    load, home = ((0.0, 0.0, 0.0), (0.0, 0.0, -1.0)), (np.zeros(3), (0.0, 0.0, 0.39, 0, 0, 0))
+    robot = cpr.make_robot(cpr.SPACE, legs, oriented=True, loads=[load], home=home)
+    needs = {"imposed": ("x", "y", "z"), "names": ("y", "x"), "target": (0.0, 0.0, 0.37)}
+    assert judged(robot, **needs)
+    assert judged(robot, delta={f"k_2{i}": 0.016 for i in (1, 2, 3)}, **needs) == symmetric
+    assert judged(robot, delta={f"l{i}": 1e-3 for i in (1, 2, 3)}, **needs)

@@ -63,6 +63,21 @@ def test_an_interrupted_volume_goes_on(robot, volume, tmp_path, monkeypatch):
     xr.testing.assert_identical(again, volume)
 
 
+def test_a_finished_volume_is_taken_up_and_no_other_written_over(
+    robot, volume, folder, monkeypatch
+):
+    def made(*arguments, **options):
+        raise AssertionError("nothing is to be computed")
+
+    monkeypatch.setattr(cpr.studies.volume, "workspace_map", made)
+    needs = {"imposed": IMPOSED, "box": BOX, "out": folder, "resume": True}
+    again = cpr.workspace_volume(robot, [0.26, 0.28, 0.5], spacing=0.01, **needs)
+    xr.testing.assert_identical(again, volume)
+    for heights, spacing in (([0.26], 0.01), ([0.26, 0.28, 0.5], 0.02)):
+        with pytest.raises(cpr.InputError, match="`resume` must go on with the same"):
+            cpr.workspace_volume(robot, heights, spacing=spacing, **needs)
+
+
 def test_each_slice_belongs_to_its_height(robot, volume):
     """A cell is an equilibrium there: solved by itself it is the same one."""
     assert volume["status"].dims == ("z", "x", "y")
@@ -93,7 +108,9 @@ def test_a_slice_whose_grid_is_apart_is_not_reached(robot, tmp_path):
 def test_slices_of_a_robot_without_uncertainties_are_stacked():
     certain = dataclasses.replace(cpr.three_rfr(), uncertainty={})
     axes, box = ("y", "z", "phi_P_x"), ((-0.02, -0.02), (0.02, 0.02))
-    made = cpr.workspace_volume(certain, [0.0, 0.1], axes=axes, box=box, spacing=0.02)
+    long = ("p_P_y", "p_P_z", "phi_P_x")
+    made = cpr.workspace_volume(certain, [0.0, 0.1], axes=long, box=box, spacing=0.02)
+    assert made["status"].dims == (axes[2], *axes[:2])
     assert made["phi_P_x"].attrs["units"] == "rad"
     assert "delta" not in made and "Pi_p" not in made
     assert np.all(made["status"] == Status.SOLVED)
@@ -113,6 +130,9 @@ def test_bad_input(robot):
         cpr.workspace_volume(robot, [0.3], imposed=IMPOSED)
     with pytest.raises(ValueError, match="`imposed` must contain the third axis"):
         cpr.workspace_volume(robot, [0.3], imposed=("x", "y", "phi_P_z"), box=BOX)
+    for axes in (("x", "y", "p_P_y"), ("x", "y")):
+        with pytest.raises(ValueError, match="`axes` must name three coordinates"):
+            cpr.workspace_volume(robot, [0.3], axes=axes, imposed=IMPOSED, box=BOX)
     with pytest.raises(ValueError, match="name 3 of them"):
         cpr.workspace_map(robot)
     with pytest.raises(ValueError, match="`imposed` must contain the axes"):

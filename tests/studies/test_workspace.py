@@ -1,6 +1,7 @@
 """The workspace map of the paper's robot, on a coarse grid."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
@@ -177,6 +178,13 @@ def test_limits_mark_cells_and_keep_their_numbers(robot):
     np.testing.assert_array_equal(beyond, torque > limit)
     assert 0 < beyond.sum() < beyond.size
     np.testing.assert_array_equal(limited["semi_axis_max"], free["semi_axis_max"])
+    # Of each motor by itself.
+    each = Limits(motors=(-np.inf, (2.2, np.inf)), torque=(np.inf, limit))
+    limited = workspace_map(robot, spacing=0.012, box=box, limits=each)
+    beyond = (np.abs(free["motor_torque"].values[..., 1]) > limit) | (free["q_a"][..., 0] > 2.2)
+    np.testing.assert_array_equal(limited["status"].values == Status.BEYOND_LIMITS, beyond)
+    stored = json.loads(limited.attrs["configuration"])["limits"]
+    assert stored["torque"] == [np.inf, limit]
 
 
 def test_the_dataset_is_labelled_and_survives_a_file(mapped, tmp_path):
@@ -278,6 +286,7 @@ def test_limits_may_be_numbers_of_numpy():
     """A map keeps them as JSON."""
     limits = Limits(motors=np.array([-1.0, 4.0]), torque=np.float32(0.5), moment=np.int64(1))
     assert limits == Limits(motors=(-1.0, 4.0), torque=0.5, moment=1.0)
+    assert Limits(motors=(np.zeros(2), 4)) == Limits(motors=((0.0, 0.0), 4.0))
     kinds = {type(value) for value in (*limits.motors, limits.torque, limits.moment)}
     assert kinds == {float}
 
