@@ -94,8 +94,10 @@ def is_mirror_symmetric(
             return False
         if not _are_limited_alike(robot, limits, twins):
             return False
-    if selection is None or not _vary_alike(robot, selection, delta, twins):
-        return selection is None
+    if selection is None:
+        return True
+    if not _vary_alike(robot, selection, delta, twins):
+        return False
     # In space the frames of round rods may lie anywhere about their tangents: what is the same
     # number of two legs need not be its mirror image.
     return geometry.d == 2 or _spread_alike(follower, found.y[:2], selection, delta, pose)

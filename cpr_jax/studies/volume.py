@@ -4,7 +4,7 @@ import contextlib
 import dataclasses
 import json
 import pathlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -148,9 +148,14 @@ def _configuration(robot, seed, values, names, places, options) -> dict[str, Any
         "heights": values.tolist(),
         "axes": names,
         "imposed": list(places),
-        "options": plain(told),
+        "options": json.loads(json.dumps(plain(told), default=_listed)),
         "versions": versions(),
     }
+
+
+def _listed(value: Any) -> Any:
+    """What users may give in the place of a dictionary or a list."""
+    return dict(value) if isinstance(value, Mapping) else list(value)
 
 
 def _slice(folder: pathlib.Path, k: int) -> pathlib.Path:

@@ -140,19 +140,21 @@ def test_a_way_is_planned_on_a_map(capsys, tmp_path, mapped):
     assert answers["around"]["length"] == pytest.approx(way.length)
 
 
+TURNING = ("--imposed", "q1,q2", "--via", "0", "1", "--via", "1", "2")
+
+
 @pytest.mark.parametrize(
-    ("robot", "arguments", "message"),
+    ("robot", "arguments", "place", "message"),
     [
-        ("rfrfr", AROUND, "`--plan` must be a folder that `cpr-jax workspace` has written"),
-        ("rfrfr-straight", AROUND, "`--plan` must be a map of straight RFRFR as it is now"),
-        ("rfrfr", ("--imposed", "q1,q2", *AROUND), "`--plan` must be a map over q1, q2"),
-        ("rfrfr", (*AROUND, "--via", "0", "5"), "`--via` must be on the map, whose z goes from"),
+        ("rfrfr", AROUND, "parts", "must be a folder that `cpr-jax workspace` has written"),
+        ("rfrfr-straight", AROUND, ".", "must be a map of straight RFRFR as it is now"),
+        ("rfrfr", TURNING, ".", "must be a map over q1, q2"),
+        ("rfrfr", (*AROUND, "--via", "0", "5"), ".", "must be on the map, whose z goes from"),
     ],
 )
-def test_mistakes_of_a_plan_are_named(capsys, mapped, robot, arguments, message):
-    folder = mapped if "has written" not in message else mapped / "parts"
-    if "q1" in arguments[1]:
-        arguments = ("--imposed", "q1,q2", "--via", "0", "1", "--via", "1", "2")
-    code, out, err = run(capsys, "trajectory", robot, *arguments, "--plan", str(folder))
+def test_mistakes_of_a_plan_are_named(capsys, mapped, robot, arguments, place, message):
+    folder = str(mapped / place)
+    code, out, err = run(capsys, "trajectory", robot, *arguments, "--plan", folder)
+    field = "`--via`" if "on the map" in message else "`--plan`"
     assert (code, out) == (2, "")
-    assert message in err and len(err.splitlines()) == 1
+    assert f"{field} {message}" in err and len(err.splitlines()) == 1

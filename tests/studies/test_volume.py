@@ -1,6 +1,8 @@
 """Maps over three coordinates, of a robot with fewer motors than its platform has freedoms."""
 
 import dataclasses
+import json
+import types
 
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ import xarray as xr
 
 import cpr_jax as cpr
 from cpr_jax.statics.status import Status
+from cpr_jax.studies import volume as volumes
 from cpr_jax.studies.workspace import workspace_map
 
 IMPOSED = ("x", "y", "z")
@@ -76,6 +79,20 @@ def test_a_finished_volume_is_taken_up_and_no_other_written_over(
     for heights, spacing in (([0.26], 0.01), ([0.26, 0.28, 0.5], 0.02)):
         with pytest.raises(cpr.InputError, match="`resume` must go on with the same"):
             cpr.workspace_volume(robot, heights, spacing=spacing, **needs)
+
+
+def test_whatever_may_be_given_can_be_stored(robot):
+    """And is known to be so before anything is computed, not when all is to be written."""
+    known = types.MappingProxyType({"k_b1": 1e-3})
+    seed = cpr.solve_inverse(robot, (0.0, 0.0, 0.28), imposed=IMPOSED)
+    given = {"delta": known, "parameters": known.keys(), "box": np.array(BOX), "resume": True}
+    options = volumes._configuration(robot, seed, np.ones(1), ["x"], (0,), given)["options"]
+    assert json.loads(json.dumps(options)) == {
+        "delta": {"k_b1": 1e-3},
+        "parameters": ["k_b1"],
+        "box": [list(corner) for corner in BOX],
+        "limits": None,
+    }
 
 
 def test_each_slice_belongs_to_its_height(robot, volume):
