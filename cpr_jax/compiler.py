@@ -21,9 +21,22 @@ run. XLA's older code generator compiles in half to two thirds of the time and t
 longer. It has left later releases, which compile as quickly without it."""
 
 
+_HARDLY = QUICK | {"xla_backend_optimization_level": 0}
+"""LLVM's lowest level halves the time of compilation; what it makes runs three times as long."""
+
+
+def options_of(wishes: dict[str, Any]) -> dict[str, Any]:
+    """Options for a program, as far as this release of XLA knows them, for the devices at hand.
+
+    Where JAX is told to leave most optimisations out (`jax_disable_most_optimizations`, for
+    sessions that compile much and run little), the package's programs are no exception.
+    """
+    hardly = jax.config.read("jax_disable_most_optimizations")
+    return _known(tuple((_HARDLY if hardly else wishes).items()))
+
+
 @functools.cache
-def known_options(wishes: tuple[tuple[str, Any], ...]) -> dict[str, Any]:
-    """Those of some options that this release of XLA knows, for the devices at hand."""
+def _known(wishes: tuple[tuple[str, Any], ...]) -> dict[str, Any]:
     if jax.default_backend() != "cpu":
         return {}
     if _are_known(wishes):

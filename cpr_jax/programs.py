@@ -24,7 +24,7 @@ from jax import export
 
 from .atomic import write_atomically
 from .collection import uncollected
-from .compiler import HOT, QUICK, known_options
+from .compiler import HOT, QUICK, options_of
 from .outline import Slot, outlined, type_of
 from .program_name import name_of
 from .room import make_room, watch
@@ -125,7 +125,7 @@ class _Program:
 
     @property
     def _options(self) -> dict[str, Any]:
-        return known_options(tuple(self._wishes.items()))
+        return options_of(self._wishes)
 
     def _alone(self, *args, **kwargs):
         """A call that is a program of its own, not kept."""
@@ -233,4 +233,4 @@ def hot_program(function: _Function) -> _Function:
 def quick_jit(function: Callable[..., Any]) -> Callable[..., Any]:
     """As `jax.jit`, compiled as a `program` is: for functions of users, which have no name to be
     kept under."""
-    return jax.jit(function, compiler_options=known_options(tuple(QUICK.items())))
+    return jax.jit(function, compiler_options=options_of(QUICK))
