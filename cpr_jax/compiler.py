@@ -25,14 +25,18 @@ _HARDLY = QUICK | {"xla_backend_optimization_level": 0}
 """LLVM's lowest level halves the time of compilation; what it makes runs three times as long."""
 
 
+def is_hardly_optimised() -> bool:
+    """Whether JAX is to leave most optimisations out: `jax_disable_most_optimizations`."""
+    return bool(jax.config.read("jax_disable_most_optimizations"))
+
+
 def options_of(wishes: dict[str, Any]) -> dict[str, Any]:
     """Options for a program, as far as this release of XLA knows them, for the devices at hand.
 
-    Where JAX is told to leave most optimisations out (`jax_disable_most_optimizations`, for
-    sessions that compile much and run little), the package's programs are no exception.
+    Where JAX is to leave most optimisations out, in a session that compiles much and runs little,
+    the package's programs are no exception.
     """
-    hardly = jax.config.read("jax_disable_most_optimizations")
-    return _known(tuple((_HARDLY if hardly else wishes).items()))
+    return _known(tuple((_HARDLY if is_hardly_optimised() else wishes).items()))
 
 
 @functools.cache

@@ -24,7 +24,7 @@ from jax import export
 
 from .atomic import write_atomically
 from .collection import uncollected
-from .compiler import HOT, QUICK, options_of
+from .compiler import HOT, QUICK, is_hardly_optimised, options_of
 from .outline import Slot, outlined, type_of
 from .program_name import name_of
 from .room import make_room, watch
@@ -117,7 +117,7 @@ class _Program:
         devices = devices_of(arrays)
         if devices is None or is_watched():
             return self._alone(*args, **kwargs)
-        key = (structure, *rest, devices, *set_here(), _folder)
+        key = (structure, *rest, devices, *set_here(), is_hardly_optimised(), _folder)
         loaded = self._load(key, args, kwargs)
         if loaded is None:
             return self._alone(*args, **kwargs)

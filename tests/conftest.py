@@ -7,9 +7,12 @@ import tempfile
 
 import jax
 import jaxlib
+import pytest
 
-# What tests write themselves runs for moments only: it is compiled as quickly as XLA can. The
-# package's own programs say how they are to be compiled. Later releases abort at the second flag.
+from cpr_jax import use_cache
+
+# What tests write themselves runs for moments only: it is compiled as quickly as XLA can. Later
+# releases abort at the second flag.
 _FLAGS = ["--xla_backend_optimization_level=1"]
 if jaxlib.__version__.startswith("0.10."):
     _FLAGS.append("--xla_cpu_use_fusion_emitters=false")
@@ -20,13 +23,33 @@ jax.config.update("jax_enable_x64", True)
 # What has been traced stays: to look through all of it for garbage takes a second each time.
 gc.set_threshold(100_000, 20, 50)
 
-# Workers and runs share what they compile: one suite compiles each program once, however small.
+# Runs share what they compile: one suite compiles each program once, however small.
 _CACHE = pathlib.Path(tempfile.gettempdir()) / f"cpr_jax-tests-{os.getuid()}"
-jax.config.update("jax_compilation_cache_dir", str(_CACHE))
-jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
-jax.config.update("jax_persistent_cache_min_entry_size_bytes", 0)
+
+_PROGRAMS = "CPR_JAX_TEST_PROGRAMS"
+"""Variable that tells workers where the programs of a run are."""
+
+
+def pytest_configure(config):
+    """Workers share what they trace; other sources than these would have no use for it."""
+    if not hasattr(config, "workerinput"):
+        folder = tempfile.TemporaryDirectory(prefix="cpr_jax-test-programs-")
+        config.add_cleanup(folder.cleanup)
+        os.environ[_PROGRAMS] = folder.name
+    use_cache(os.environ[_PROGRAMS])
+    jax.config.update("jax_compilation_cache_dir", str(_CACHE))
 
 
 def pytest_collection_modifyitems(items):
     """Notebooks and README first: they take longest, and no worker is to be left with one."""
     items.sort(key=lambda item: item.path.parent != pathlib.Path(__file__).parent)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def optimisations(request):
+    """Most tests wait for compilation: they do without XLA's optimisations, with the same numbers
+    up to rounding. Files that run for longer are marked `optimised`."""
+    hardly = request.node.get_closest_marker("optimised") is None
+    # Both for processes that the tests start.
+    os.environ["JAX_DISABLE_MOST_OPTIMIZATIONS"] = str(int(hardly))
+    jax.config.update("jax_disable_most_optimizations", hardly)

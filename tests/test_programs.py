@@ -184,7 +184,29 @@ def test_sums_of_products_are_right():
     np.testing.assert_array_equal(lengths(rows), first**2)
 
 
-def test_options_that_this_release_does_not_know_are_left_out():
+@pytest.fixture
+def hardly_optimised():
+    """Sets whether JAX is to leave most optimisations out."""
+    before = jax.config.read("jax_disable_most_optimizations")
+    yield lambda value: jax.config.update("jax_disable_most_optimizations", value)
+    jax.config.update("jax_disable_most_optimizations", before)
+
+
+def test_programs_heed_what_jax_is_told_of_optimisations(hardly_optimised):
+    traces: list = []
+    double = counted(traces)
+    for value, level in ((True, 0), (False, 1), (True, 0)):
+        hardly_optimised(value)
+        if jax.default_backend() == "cpu":
+            assert double._options["xla_backend_optimization_level"] == level
+        np.testing.assert_array_equal(double(TREE).doubled, [1.0, 3.0, 5.0])
+    # Compiled for either, traced for both.
+    assert len(double._known) == 2 and traces == [2]
+
+
+def test_options_that_this_release_does_not_know_are_left_out(hardly_optimised):
+    hardly_optimised(False)
+
     def double(x):
         return 2.0 * x
 

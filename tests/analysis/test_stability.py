@@ -44,7 +44,8 @@ def at(robot, y) -> Equilibrium:
 def in_blocks(function, lanes):
     """Batches of any length by one compiled program for `lanes` of them."""
     compiled = eqx.filter_jit(
-        lambda robot, *args: jax.vmap(lambda *args: function(robot, *args))(*args)
+        lambda robot, *args: jax.vmap(lambda *args: function(robot, *args))(*args),
+        compiler_options={"xla_backend_optimization_level": 1},
     )
 
     def batch(robot, *args):

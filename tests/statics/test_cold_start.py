@@ -13,6 +13,8 @@ from cpr_jax.statics.status import Status
 from cpr_jax.statics.unknowns import unknown_scales, unravel
 from tests.statics.common import LANES
 
+pytestmark = pytest.mark.optimised
+
 STEP, COUNT = 0.005, 45
 WALKS = 80
 """A step of the grid in m, steps of a walk, walks in a batch."""

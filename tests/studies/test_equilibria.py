@@ -23,6 +23,8 @@ from cpr_jax.studies.equilibria import (
 from cpr_jax.studies.starts import recombined
 from tests.oracles.planar_shooting import PlanarRobot, energy, inverse, residual
 
+pytestmark = pytest.mark.optimised
+
 POINT = (0.1, 0.8)
 
 # Motor angles (rad) of the inverse solutions that MINPACK's hybrid method finds from 2,000 random

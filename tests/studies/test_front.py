@@ -11,6 +11,8 @@ from cpr_jax.studies.follower import Follower
 from cpr_jax.studies.front import Front
 from cpr_jax.studies.grid import make_grid
 
+pytestmark = pytest.mark.optimised
+
 
 @pytest.mark.parametrize("case", [{"spacing": 0.016}, {"spacing": 0.03, "refine": 1}])
 def test_cells_beside_new_ones_are_all_that_is_to_be_tried(case, monkeypatch):

@@ -18,6 +18,8 @@ from cpr_jax.robots.catalogue import rfrfr
 from cpr_jax.studies import stages, workspace
 from cpr_jax.studies.workspace import workspace_map
 
+pytestmark = pytest.mark.optimised
+
 # A state after every batch: moments of every kind to be killed at.
 PROGRAM = """
 import os, sys

@@ -4,6 +4,7 @@ import dataclasses
 import json
 
 import numpy as np
+import pytest
 
 from cpr_jax.geometry import PLANE
 from cpr_jax.robots.catalogue import three_rfr
@@ -14,6 +15,8 @@ from cpr_jax.rods.rod import kirchhoff_rod
 from cpr_jax.statics.solve import solve_inverse
 from cpr_jax.statics.status import Status
 from cpr_jax.studies.workspace import workspace_map
+
+pytestmark = pytest.mark.optimised
 
 
 def test_a_platform_with_an_orientation_keeps_it():
