@@ -1,22 +1,13 @@
 """What the README shows is executed."""
 
-import pathlib
 import re
-import shlex
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 import cpr_jax
-from cpr_jax.cli import main
-
-ROOT = pathlib.Path(__file__).parents[1]
-README = (ROOT / "README.md").read_text()
-
-
-def block(name: str) -> str:
-    return re.search(rf"<!-- {name} -->\n```\w+\n(.*?)```", README, re.DOTALL)[1]
+from tests.readme import README, ROOT, block, code_of, printed_arrays
 
 
 def test_python_block(capsys):
@@ -41,53 +32,22 @@ def test_python_block_of_paths_and_designs(capsys, tmp_path, monkeypatch):
     assert better.converged and np.min(better.slack) > -1e-6
     assert better.objective == pytest.approx(0.7 * better.history[0][1], rel=0.02)
     page = (ROOT / "docs" / "planning.md").read_text()
-    exec(re.search(r"<!-- figure -->\n```python\n(.*?)```", page, re.DOTALL)[1], names)
+    exec(code_of(page, "figure"), names)
     assert (tmp_path / "path.png").exists()
     straight = cpr_jax.trajectory(robot, names["way"].points[[0, -1]])
     assert [event["event"] for event in cpr_jax.events(straight)] == ["unstable", "stable"]
     plt.close("all")
 
 
-def test_a_robot_of_ones_own(capsys):
-    """The solve holds, and the slope of the energy is that of two more solves."""
-    page = (ROOT / "docs" / "robots-in-python.md").read_text()
-    names: dict = {}
-    exec(re.search(r"<!-- own -->\n```python\n(.*?)```", page, re.DOTALL)[1], names)
-    slope = float(_arrays(capsys)[-1])
-    step = 1e-6
-    ends = [
-        cpr_jax.solve_inverse(names["build"](0.002 + sign * step), (0.01, -0.01, 0.1))
-        for sign in (1.0, -1.0)
-    ]
-    by_hand = float(ends[0].measures.energy - ends[1].measures.energy) / (2.0 * step)
-    assert slope == pytest.approx(by_hand, rel=1e-5)
-
-
 def test_python_block_in_space(capsys):
     exec(block("python-space"), {"cpr": cpr_jax})
-    lines = [np.array(line.strip("[]").split(), float) for line in _arrays(capsys)]
+    lines = [np.array(line.strip("[]").split(), float) for line in printed_arrays(capsys)]
     lengths, position, orientation, pose = lines
     # The pose is its own mirror image, and so are the legs.
     np.testing.assert_allclose(lengths, lengths[[1, 0, 5, 4, 3, 2]], rtol=0, atol=1e-7)
     np.testing.assert_allclose(1e3 * position, (1.71, 1.62, 0.21), rtol=0, atol=0.01)
     np.testing.assert_allclose(1e3 * orientation, (13.6, 3.6, 3.5), rtol=0, atol=0.05)
     np.testing.assert_allclose(pose[:3], (0.005, 0.0, 0.28), rtol=0, atol=1e-8)
-
-
-def _arrays(capsys) -> list[str]:
-    """Printed arrays, each as one line."""
-    return capsys.readouterr().out.replace("\n ", " ").splitlines()
-
-
-@pytest.mark.parametrize("line", block("cli").strip().splitlines())
-def test_command_lines(line, capsys, monkeypatch, tmp_path):
-    (tmp_path / "examples").symlink_to(ROOT / "examples")
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("CPR_JAX_CACHE", "")
-    program, *argv = shlex.split(line)
-    assert program == "cpr-jax"
-    assert main(argv) == 0
-    assert capsys.readouterr().out
 
 
 def test_links_exist():
