@@ -41,8 +41,12 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(items):
-    """Notebooks and README first: they take longest, and no worker is to be left with one."""
-    items.sort(key=lambda item: item.path.parent != pathlib.Path(__file__).parent)
+    """What takes longest first, notebooks, README and what is optimised: no worker is to be left
+    with one."""
+    here = pathlib.Path(__file__).parent
+    items.sort(
+        key=lambda item: (item.path.parent != here, item.get_closest_marker("optimised") is None)
+    )
 
 
 @pytest.fixture(scope="module", autouse=True)
