@@ -21,8 +21,8 @@ run. XLA's older code generator compiles in half to two thirds of the time and t
 longer. It has left later releases, which compile as quickly without it."""
 
 
-_HARDLY = QUICK | {"xla_backend_optimization_level": 0}
-"""LLVM's lowest level halves the time of compilation; what it makes runs three times as long."""
+BRIEF = QUICK | {"xla_backend_optimization_level": 0}
+"""LLVM's lowest level halves that time once more; what it makes runs up to three times as long."""
 
 
 def is_hardly_optimised() -> bool:
@@ -36,7 +36,7 @@ def options_of(wishes: dict[str, Any]) -> dict[str, Any]:
     Where JAX is to leave most optimisations out, in a session that compiles much and runs little,
     the package's programs are no exception.
     """
-    return _known(tuple((_HARDLY if is_hardly_optimised() else wishes).items()))
+    return _known(tuple((BRIEF if is_hardly_optimised() else wishes).items()))
 
 
 @functools.cache

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from cpr_jax import program_name, programs
-from cpr_jax.programs import program
+from cpr_jax.programs import brief_program, hot_program, program
 
 
 class Answer(NamedTuple):
@@ -204,6 +204,15 @@ def test_programs_heed_what_jax_is_told_of_optimisations(hardly_optimised):
     assert len(double._known) == 2 and traces == [2]
 
 
+def test_what_runs_longer_is_compiled_for_longer(hardly_optimised):
+    if jax.default_backend() != "cpu":
+        pytest.skip("these are options of the CPU")
+    hardly_optimised(False)
+    kinds = (brief_program, program, hot_program)
+    levels = [kind(len)._options["xla_backend_optimization_level"] for kind in kinds]
+    assert levels == [0, 1, 3]
+
+
 def test_options_that_this_release_does_not_know_are_left_out(hardly_optimised):
     hardly_optimised(False)
 
@@ -269,7 +278,7 @@ DEVICES = """
 import jax
 jax.config.update("jax_num_cpu_devices", 2)
 import numpy as np
-from cpr_jax.programs import program
+from cpr_jax.programs import brief_program, hot_program, program
 first, second = jax.devices()
 
 @program

@@ -9,7 +9,7 @@ from jaxtyping import Array, Bool, Float
 
 from ..errors import InputError
 from ..geometry import floats, namespace
-from ..programs import program
+from ..programs import brief_program
 from ..statics.linear import row_axes
 from ..summary import in_notebook, summary
 from .sensitivity import Sensitivity
@@ -131,7 +131,7 @@ def ellipsoid(sensitivity: Sensitivity, rows: str | Sequence[str] = "p_P") -> El
     return _ellipsoid(sensitivity.y, sensitivity.Pi_y, sensitivity.delta, indices, labels)
 
 
-@program
+@brief_program
 def _ellipsoid(y, Pi_y, delta, indices, labels) -> Ellipsoid:
     scaled = Pi_y[jnp.array(indices)] * delta
     # The singular values of Π δρ are the semi-axes; those of K would lose half the digits.

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..errors import InputError, check_integer
-from ..programs import program
+from ..programs import brief_program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS, rod_shape
 from ..rods.segments import arc_lengths, segments_of
@@ -88,7 +88,7 @@ def leg_sensitivity(
     return LegSensitivity(s=s[:nodes], Pi=Pi[:nodes], rows=rows, columns=selection.labels)
 
 
-@program
+@brief_program
 def _along_leg(robot, y, selection: Selection, leg: int, steps: int):
     geometry = robot.geometry
     state = unravel(robot, y)

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..errors import check_integer
-from ..programs import program
+from ..programs import brief_program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium, check_fits
@@ -70,7 +70,7 @@ def mobility(robot: Robot, equilibrium: Equilibrium, steps: int = DEFAULT_STEPS)
     return found
 
 
-@program
+@brief_program
 def _mobility(
     robot: Robot, y: Float[Array, " n_y"], steps: int
 ) -> tuple[Mobility, Float[Array, ""]]:

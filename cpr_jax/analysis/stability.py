@@ -9,7 +9,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from ..errors import check_integer
 from ..geometry import AbstractGeometry
-from ..programs import program
+from ..programs import brief_program
 from ..robots.leg import Leg
 from ..robots.robot import Robot
 from ..rods.equations import RodState
@@ -106,7 +106,7 @@ def _without_slopes_jvp(primals, tangents):
     return primals[0], unknown * jnp.ones_like(primals[0])
 
 
-@program
+@brief_program
 def _stability(
     robot: Robot, y: Float[Array, " n_y"], steps: int
 ) -> tuple[Stability, Float[Array, ""]]:

@@ -21,7 +21,7 @@ from .session import describe, print_json, solve_request
 
 def solve(request: Request, as_json: bool) -> int:
     """Prints one equilibrium."""
-    robot, equilibrium = solve_request(request, as_json)
+    robot, equilibrium = solve_request(request, as_json, brief=True)
     answer = describe(robot, equilibrium)
     if as_json:
         print_json(answer)
@@ -43,7 +43,7 @@ def solve(request: Request, as_json: bool) -> int:
 
 def sensitivity(request: Request, hold: str, as_json: bool) -> int:
     """Prints Π_p, the kernel and the ellipsoids of the end-effector."""
-    robot, equilibrium = solve_request(request, as_json)
+    robot, equilibrium = solve_request(request, as_json, brief=True)
     steps = request.steps or DEFAULT_STEPS
     result = analyse(robot, equilibrium, request.parameters, request.delta, hold, steps)
     if as_json:

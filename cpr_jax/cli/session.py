@@ -24,11 +24,18 @@ class NoSolution(Exception):
     """A solve without a solution; the message says why."""
 
 
-def start_jax() -> None:
-    """float64, and compiled programs kept between runs (`CPR_JAX_CACHE`, empty for none)."""
+def start_jax(brief: bool = False) -> None:
+    """float64, and compiled programs kept between runs (`CPR_JAX_CACHE`, empty for none).
+
+    **Arguments:**
+
+    - `brief`: whether a command solves but once. It then waits for compilation above all.
+    """
     # All is imported by now.
     gc.enable()
     jax.config.update("jax_enable_x64", True)
+    if brief:
+        jax.config.update("jax_disable_most_optimizations", True)
     folder = os.environ.get("CPR_JAX_CACHE")
     if folder != "":
         use_cache(folder)
@@ -51,12 +58,18 @@ def solved(robot: Robot, request: Request) -> Equilibrium:
     return solve_forward(robot, request.motors, steps=request.steps)
 
 
-def solve_request(request: Request, as_json: bool) -> tuple[Robot, Equilibrium]:
+def solve_request(
+    request: Request, as_json: bool, brief: bool = False
+) -> tuple[Robot, Equilibrium]:
     """The equilibrium that a request asks for.
+
+    **Arguments:**
+
+    - `brief`: see `start_jax`.
 
     **Raises:** `NoSolution`, with the status printed as JSON if that is asked for.
     """
-    start_jax()
+    start_jax(brief)
     robot = load(request.robot)
     try:
         return robot, solved(robot, request)

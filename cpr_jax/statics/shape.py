@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 
 from ..background import not_a_number
 from ..errors import check_integer
-from ..programs import program
+from ..programs import brief_program
 from ..robots.robot import Robot
 from ..rods.equations import RodState
 from ..rods.integration import DEFAULT_STEPS, rod_shape
@@ -57,7 +57,7 @@ def _at(robot: Robot, y: Float[Array, " n_y"], points: int) -> Shape:
     return _shape(robot.unnamed, y, points, -(-DEFAULT_STEPS // (points - 1)))
 
 
-@program
+@brief_program
 def _shape(robot: Robot, y: Float[Array, " n_y"], points: int, finer: int) -> Shape:
     geometry = robot.geometry
     state = unravel(robot, y)

@@ -3,6 +3,7 @@
 import json
 import pathlib
 
+import jax
 import matplotlib.image
 import numpy as np
 import pytest
@@ -53,6 +54,20 @@ def test_steps_reach_every_solve(capsys, tmp_path):
         assert code == 0
         with xr.open_dataset(out / f"{name}.nc", engine="h5netcdf") as dataset:
             assert 1e-10 < float(dataset["tip_error"].max()) < 1e-5
+
+
+@pytest.mark.parametrize(("command", "brief"), [("solve", True), ("monte-carlo", False)])
+def test_commands_that_solve_once_wait_for_no_optimisations(capsys, command, brief):
+    name = "jax_disable_most_optimizations"
+    before = jax.config.read(name)
+    try:
+        jax.config.update(name, False)
+        # What is refused is refused after that.
+        code, *_ = run(capsys, command, "rfrfr", "--point", "0", "9")
+        assert code == 3
+        assert jax.config.read(name) == brief
+    finally:
+        jax.config.update(name, before)
 
 
 def test_units_and_negative_quantities(capsys):
