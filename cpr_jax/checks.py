@@ -75,6 +75,29 @@ def finite_rows(name: str, values: Any, labels: Sequence[str], least: int = 1) -
     return rows
 
 
+def check_on_map(
+    name: str, points: np.ndarray, labels: Sequence[str], lines: Sequence[np.ndarray]
+) -> None:
+    """Refuses points of which one lies further off a map than half a cell.
+
+    **Arguments:**
+
+    - `points`: finite, shape `(k, 2)`.
+    - `lines`: the coordinates of the cells along each axis, equidistant.
+    """
+    for values, label, line in zip(points.T, labels, lines, strict=True):
+        half = 0.5 * (line[1] - line[0])
+        off = values[(values < line[0] - half) | (values > line[-1] + half)]
+        if len(off) == 0:
+            continue
+        mirrored = line[0] == 0.0 and -line[-1] - half <= off[0] < 0.0
+        raise InputError(
+            f"Argument `{name}` must be on the map, whose {label} goes from {line[0]:g} to "
+            f"{line[-1]:g} in SI units, but its {label} is {off[0]:g}."
+            + (" A map of both halves takes `symmetry=False`." if mirrored else "")
+        )
+
+
 def check_kind(name: str, value: Any, kind: type, example: str) -> None:
     """Refuses what is no instance of a class.
 

@@ -71,6 +71,7 @@ def select(
                 f"Argument `{field}` must name parameters, since {robot.name} declares no "
                 "uncertainty of its own."
             )
+        field = "uncertainty"
     if isinstance(labels, str) or not isinstance(labels, Iterable):
         labels = (labels,)
     labels = tuple(labels)

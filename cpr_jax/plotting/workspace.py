@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, LogNorm, Normalize
 from matplotlib.patches import Ellipse
 
-from ..checks import check_kind, finite_rows
+from ..checks import check_kind, check_on_map, finite_rows
 from ..errors import InputError, shown
 from ..robots.robot import Robot
 from ..statics.status import Status
@@ -158,14 +158,7 @@ def plot_ellipses(dataset: xr.Dataset, points: np.ndarray, ax: Axes, scale: floa
     if "Pi_p" not in dataset:
         raise InputError("Argument `dataset` must have sensitivities, but nothing in it varies.")
     points = finite_rows("points", points, names)
-    for k, name in enumerate(names):
-        line = dataset[name].values
-        half = 0.5 * (line[1] - line[0])
-        if np.any((points[:, k] < line[0] - half) | (points[:, k] > line[-1] + half)):
-            raise InputError(
-                f"Argument `points` must be on the map, whose {name} goes from {line[0]:g} to "
-                f"{line[-1]:g} in SI units, but it is {shown(points)}."
-            )
+    check_on_map("points", points, names, [dataset[name].values for name in names])
     labels = [str(label).removeprefix("p_P_") for label in dataset["coordinate"].values]
     rows = [labels.index(name) for name in names]
     for point in points:

@@ -7,12 +7,10 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
-from ..checks import check_positive
+from ..checks import check_on_map, check_positive
 from ..errors import InputError, shown
 from ..statics.status import SolveError, Status
 from .cost_field import CostField
-
-_HALF = " A map of both halves of a symmetric robot takes `symmetry=False`."
 
 
 class Way(NamedTuple):
@@ -171,14 +169,7 @@ def _end(dataset: xr.Dataset, names, field: CostField, name: str, value) -> Floa
             f"Argument `{name}` must be two finite numbers, {' and '.join(names)}, but it is "
             f"{shown(value)}."
         )
-    for axis, x, line in zip(names, point, field.lines, strict=True):
-        half = 0.5 * (line[1] - line[0])
-        if not line[0] - half <= x <= line[-1] + half:
-            raise InputError(
-                f"Argument `{name}` must be on the map, whose {axis} goes from {line[0]:g} to "
-                f"{line[-1]:g} in SI units, but its {axis} is {x:g}."
-                + (_HALF if line[0] == 0.0 and -line[-1] - half <= x < 0.0 else "")
-            )
+    check_on_map(name, point[None], names, field.lines)
     cell = field.nearest(point)
     if not np.isfinite(field.price[cell]):
         status = Status(int(dataset["status"].values[cell]))

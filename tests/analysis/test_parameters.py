@@ -1,5 +1,7 @@
 """What the labels of a rod's stiffnesses stand for."""
 
+import dataclasses
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -66,6 +68,12 @@ def test_one_number_under_two_names_is_refused(robot, labels):
     with pytest.raises(cpr.InputError, match=r"`parameters` must name each number once"):
         select(robot, labels)
     assert select(robot, ("k_21", "k_31", "k_t1", "k_b2_1")).labels[0] == "k_21"
+
+
+def test_a_half_range_of_what_no_robot_has_is_named_as_one(robot):
+    declared = dataclasses.replace(robot, uncertainty={"k_bx": jnp.asarray(0.1)})
+    with pytest.raises(cpr.InputError, match=r"`uncertainty` must name numbers of the robot.*k_bx"):
+        select(declared)
 
 
 def test_all_legs_at_once_keep_their_ratios(robot):
