@@ -1,4 +1,4 @@
-"""What numbers must be to describe a robot, traced ones as far as they are known."""
+"""What arguments must be, traced ones as far as they are known."""
 
 from collections.abc import Sequence
 from typing import Any

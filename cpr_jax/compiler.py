@@ -22,7 +22,8 @@ longer. It has left later releases, which compile as quickly without it."""
 
 
 BRIEF = QUICK | {"xla_backend_optimization_level": 0}
-"""LLVM's lowest level halves that time once more; what it makes runs up to three times as long."""
+"""LLVM's lowest level halves that time once more. What it makes takes up to four times as long
+where it goes through a robot once, three to nine times where it iterates."""
 
 
 def is_hardly_optimised() -> bool:

@@ -11,25 +11,18 @@ from cpr_jax import programs
 
 NOTEBOOKS = pathlib.Path(__file__).parents[1] / "notebooks"
 
-
 _SHARED = """
-__import__("cpr_jax").use_cache({programs!r})
-__import__("jax").config.update("jax_compilation_cache_dir", {compiled!r})
+__import__("cpr_jax").use_cache({!r})
+__import__("jax").config.update("jax_compilation_cache_dir", {!r})
 """
 """Programs of tests are those of the notebook; it has no names from here."""
-
-
-def _folders() -> dict[str, str]:
-    return {
-        "programs": str(programs._folder),
-        "compiled": str(jax.config.jax_compilation_cache_dir),
-    }
 
 
 def executed(name: str, asked: str):
     """A notebook with its outputs; `asked` is the code of its last cell."""
     notebook = nbformat.read(NOTEBOOKS / name, as_version=4)
-    notebook.cells.insert(0, nbformat.v4.new_code_cell(_SHARED.format(**_folders())))
+    folders = str(programs._folder), str(jax.config.jax_compilation_cache_dir)
+    notebook.cells.insert(0, nbformat.v4.new_code_cell(_SHARED.format(*folders)))
     notebook.cells.append(nbformat.v4.new_code_cell(asked))
     with pytest.MonkeyPatch.context() as environment:
         environment.setenv("MPLBACKEND", "agg")
