@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .errors import InputError, shown
+from .outline import are_traced
 
 
 def check_shape(name: str, value: Any, *shapes: tuple[int, ...]) -> None:
@@ -113,4 +114,4 @@ def check_kind(name: str, value: Any, kind: type, example: str) -> None:
 
 
 def _is_traced(value: Any) -> bool:
-    return any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(value))
+    return are_traced(jax.tree.leaves(value))

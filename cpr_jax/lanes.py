@@ -20,7 +20,7 @@ from .once import once
 _SMALL = 150
 """Operations of a kernel on lanes up to which XLA is left to it, as in `once`."""
 
-_LARGE = 1000
+_LARGE = 900
 """Operations from which on a single case, too, is worth the longer compilation by `once`."""
 
 

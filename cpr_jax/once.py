@@ -28,6 +28,15 @@ _VIEWS = frozenset({"broadcast_in_dim", "convert_element_type", "reshape", "slic
 _LEAST = 8
 """Operations on an element that are rather repeated than their result stored and read again."""
 
+_LONG = frozenset(
+    {"acos", "asin", "atan2", "cos", "exp", "expm1", "log", "log1p", "pow", "sin", "tan", "tanh"}
+)
+"""Operations that take as long as many others: calls, element by element, of a mathematical
+library."""
+
+_LONGER = 20
+"""How many others that are."""
+
 _SMALL = 400
 """Operations of a kernel up to which XLA is left to it: what it then repeats costs less than what
 is stored and read again."""
@@ -80,7 +89,8 @@ class _Pending:
         self.equation, self.inputs = equation, inputs
         self.value: Any = None
         self.effort = sum(entry.effort for entry in inputs if _is_pending(entry))
-        self.effort += _name(equation) not in _VIEWS
+        name = _name(equation)
+        self.effort += _LONGER if name in _LONG else name not in _VIEWS
 
     def bind(self, *values):
         return self.equation.primitive.bind(*values, **self.equation.params)

@@ -25,7 +25,7 @@ from jax import export
 from .atomic import write_atomically
 from .collection import uncollected
 from .compiler import BRIEF, HOT, QUICK, is_hardly_optimised, options_of
-from .outline import Slot, outlined, type_of
+from .outline import Slot, outlined, parted
 from .program_name import name_of
 from .room import make_room, watch
 from .surroundings import devices_of, is_on_cpu, is_watched, is_within, set_here
@@ -104,13 +104,7 @@ class _Program:
 
     def __call__(self, *args, **kwargs):
         leaves, structure = jax.tree.flatten((args, kwargs))
-        arrays, rest = [], []
-        for leaf in leaves:
-            if eqx.is_array(leaf):
-                arrays.append(leaf)
-                rest.append(type_of(leaf))
-            else:
-                rest.append((type(leaf), leaf))
+        arrays, rest = parted(leaves)
         if is_within(arrays):
             return self._inner(*args, **kwargs)
         make_room(forget_all)

@@ -5,6 +5,8 @@ from typing import Any
 import jax
 import numpy as np
 
+from .outline import are_traced
+
 
 def summary(result: Any, title: str, **lines: Any) -> str:
     """A title and a line for each number or array; of traced or batched results their structure.
@@ -14,7 +16,7 @@ def summary(result: Any, title: str, **lines: Any) -> str:
     - `lines`: names and values.
     """
     values = jax.tree.leaves(lines)
-    if any(isinstance(value, jax.core.Tracer) for value in values):
+    if are_traced(values):
         return repr(result)
     width = max(len(name) for name in lines)
     shown = [title]

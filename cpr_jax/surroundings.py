@@ -8,6 +8,8 @@ from typing import Any, TypeVar
 import jax
 from jax.extend.core import get_opaque_trace_state
 
+from .outline import are_traced
+
 _WATCHED_BY = ("jax_disable_jit", "jax_debug_nans", "jax_debug_infs")
 
 _outside: Any = None
@@ -42,7 +44,7 @@ def set_here() -> tuple[bool, Any]:
 def is_within(arrays) -> bool:
     """Whether a call is part of another program, whose options hold for it then."""
     global _outside
-    if any(isinstance(array, jax.core.Tracer) for array in arrays):
+    if are_traced(arrays):
         return True
     state = get_opaque_trace_state()
     if state == _outside:

@@ -4,6 +4,7 @@ import jax
 from jaxtyping import Array, Float
 
 from ..errors import InputError
+from ..outline import are_traced
 from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium
 
@@ -18,7 +19,7 @@ def check_belongs(robot: Robot, equilibrium: Equilibrium, residual: Float[Array,
 
     - `residual`: largest entry of the dimensionless `R₀` of the robot at the equilibrium.
     """
-    if any(isinstance(x, jax.core.Tracer) for x in jax.tree.leaves((equilibrium, residual))):
+    if are_traced(jax.tree.leaves((equilibrium, residual))):
         return
     left = float(residual)
     if left > max(_STRANGE, 10.0 * float(equilibrium.measures.unbalanced)):

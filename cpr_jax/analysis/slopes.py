@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..programs import brief_program
+from ..programs import program
 from ..robots.robot import Robot
 from ..statics.linear import inverse, regular_inverse
 from ..statics.measures import motor_torques
@@ -62,7 +62,7 @@ def turn_jacobian(robot: Robot, q_p: Float[Array, " n_p"]) -> Float[Array, "k k"
     return jax.jacfwd(turn)(q_p)[:, geometry.d :]
 
 
-@brief_program
+@program
 def slopes_at(robot: Robot, y: Float[Array, " n_y"], selection: Selection, steps: int) -> Slopes:
     """Π_y by (10) in its conforming order, `-(∂R/∂y)⁻¹ ∂R/∂ρ`, and what hangs on it."""
     units = unknown_scales(robot)

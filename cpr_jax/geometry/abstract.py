@@ -9,6 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
+from ..outline import are_traced
+
 # Vectors are tuples of scalars here: under `vmap` each component then is one contiguous
 # row with the samples last in memory, and no stage of the integration pays for stacking.
 Components: TypeAlias = Float[Array, " k"] | Sequence[Float[Array, ""] | float]
@@ -22,8 +24,7 @@ def namespace(*values: Any) -> Any:
 
     Outside of a program each operation of `jax.numpy` would be compiled by itself.
     """
-    leaves = jax.tree.leaves(values)
-    return jnp if any(isinstance(leaf, jax.core.Tracer) for leaf in leaves) else np
+    return jnp if are_traced(jax.tree.leaves(values)) else np
 
 
 def floats(values: Any) -> jax.Array:

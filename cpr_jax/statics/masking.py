@@ -3,6 +3,7 @@
 import jax
 import jax.numpy as jnp
 
+from ..outline import are_traced
 from ..robots.robot import Robot
 from .equilibrium import Equilibrium
 from .status import Status
@@ -14,7 +15,7 @@ def where_solved(robot: Robot, equilibrium: Equilibrium) -> Robot:
     Those of NaN are NaN even if what was computed from it is masked: in reverse mode one failed
     lane would spoil the gradient of a whole batch in numbers that all lanes share.
     """
-    if not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(robot)):
+    if not are_traced(jax.tree.leaves(robot)):
         return robot
     solved = equilibrium.status == Status.SOLVED
 

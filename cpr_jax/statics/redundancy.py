@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 
 from ..errors import InputError, shown
 from ..geometry import Numbers
+from ..outline import are_traced
 from ..programs import program
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
@@ -91,7 +92,7 @@ def resolve_redundancy(
             f"Argument `imposed` must name different platform coordinates, fewer than the {n_a} "
             f"motors of {robot.name}; `solve_inverse` is for as many."
         )
-    if any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((robot, point, guess))):
+    if are_traced(jax.tree.leaves((robot, point, guess))):
         raise InputError(
             "Argument `point` must be numbers: the choice is made in Python, and cannot be part of "
             "a JAX transformation. Give `solve_forward` the motors that it has chosen."

@@ -168,8 +168,12 @@ def joint_rows(robot: Robot, units: Units, leg: Leg, tip: RodState, q_p):
     frame = geometry.frame(rotation)
     gap = geometry.inward(frame, q_p[:d] + arm - end)
     released = leg.joint.free[d:]
-    seen = geometry.compose(geometry.inverse(tip.rotation), rotation)
-    error = jnp.concatenate([gap, geometry.misalignment(released, seen)])
+    # At a point, which has no orientation to keep, all joints are free to turn.
+    turn = jnp.zeros_like(tip.moment)
+    if robot.oriented:
+        seen = geometry.compose(geometry.inverse(tip.rotation), rotation)
+        turn = geometry.misalignment(released, seen)
+    error = jnp.concatenate([gap, turn])
 
     axes = geometry.joint_axes(released, frame, section)
     about = jnp.sum(axes * (tip.moment - leg.joint.lever * turned)[:, None], axis=0)

@@ -10,6 +10,7 @@ from jaxtyping import Array
 
 from ..errors import InputError, check_integer
 from ..geometry import Numbers, floats, namespace
+from ..outline import are_traced
 from ..robots.robot import Robot, check_turns
 from .accuracy import BALANCED, ROUGH, STEPS
 from .assembly import at_rest, from_home, reaching
@@ -96,8 +97,7 @@ def solve_forward(
 
 
 def _solve(robot, imposed, target, guess, steps, throw, turned):
-    given = jax.tree.leaves((robot, target, guess))
-    traced = any(isinstance(leaf, jax.core.Tracer) for leaf in given)
+    traced = are_traced(jax.tree.leaves((robot, target, guess)))
     alone = "search" if robot.home is None else "home"
     # An equilibrium followed from another one is on its branch: a loop may carry it on.
     branch = alone if guess is None else guess.branch

@@ -206,6 +206,7 @@ def _parts(folder, resume, study: Study, options: Options, seed, samples, keep) 
         "seed": seed,
         "samples": samples,
         "keep": keep,
+        "window": WINDOW * CHUNK,
         "processes": jax.process_count(),
         "versions": versions(),
     }

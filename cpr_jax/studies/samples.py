@@ -24,8 +24,9 @@ from ..statics.unknowns import unknown_scales
 from .chord import ChordIteration
 from .draws import Distribution, draw
 
-CHUNK = 1024
-"""Samples solved at once: their states fit into a core's cache."""
+CHUNK = 1000
+"""Samples solved at once: their states fit into a core's cache, and none is solved in vain where
+users ask for thousands."""
 
 WINDOW = 64
 """Chunks in flight; memory beyond the samples that are kept does not depend on N."""

@@ -76,12 +76,12 @@ def test_a_study_that_is_interrupted_goes_on(small, tmp_path, monkeypatch):
     monkeypatch.setattr(module, "solve_window", counted)
     with pytest.raises(KeyboardInterrupt):
         monte_carlo(*small, 3000, folder=tmp_path)
-    assert solved == [0, 1024]
+    assert solved == [0, windows.CHUNK]
     with pytest.raises(InputError, match="resume"):
         monte_carlo(*small, 3000, seed=1, folder=tmp_path, resume=True)
     solved.pop()
     again = monte_carlo(*small, 3000, folder=tmp_path, resume=True)
-    assert solved == [0, 2048]
+    assert solved == [0, 2 * windows.CHUNK]
     for name in ("rho", "q_p", "status", "inside", "mean", "covariance", "coverage"):
         np.testing.assert_array_equal(getattr(again, name), getattr(whole, name))
     assert not any(tmp_path.rglob("*.npz"))
