@@ -24,8 +24,9 @@ def one_kernel(function: Callable[..., Any]) -> Callable[..., Any]:
 
     **Arguments:**
 
-    - `function`: elementwise arithmetic in loops; reductions and contractions are not for it. Of
-        each type of its arguments, what it returns must depend on one at least.
+    - `function`: elementwise arithmetic in loops; reductions and contractions are not for it, nor
+        arrays of some hundred kilobytes: XLA would spread those over several cores, which it cannot
+        within a kernel. Of each type of its arguments, what it returns must depend on one at least.
     """
 
     # A name is what every transformation of a call hands on.

@@ -72,6 +72,25 @@ def test_shared_values_are_not_calculated_again():
     assert products(once(ladder)) <= written < products(ladder)
 
 
+def test_a_sine_is_not_calculated_for_each_that_needs_it():
+    """The turn of a vector by one angle: two components of which each needs both."""
+    if jax.default_backend() != "cpu":
+        pytest.skip("only the back end for the CPU copies calculations")
+
+    def turned(angle, size):
+        cosine, sine = jnp.cos(angle), jnp.sin(angle)
+        return cosine * size - sine, sine * size + cosine
+
+    lanes = RNG.normal(size=(2, 64))
+
+    def calls(function):
+        program = jax.jit(function).lower(*lanes).compile().as_text()
+        return program.count(" cosine("), program.count(" sine(")
+
+    assert calls(once(turned)) == (1, 1) and calls(turned) == (2, 2)
+    np.testing.assert_allclose(jax.jit(once(turned))(*lanes), turned(*lanes), rtol=1e-14)
+
+
 def test_small_functions_can_be_left_alone():
     lanes = RNG.normal(size=(2, 4))
     kept, changed = (jax.make_jaxpr(once(with_loops, least))(*lanes[:, 0]) for least in (10**6, 10))

@@ -8,7 +8,7 @@ import pytest
 from cpr_jax.queue import SLOTS, queued_loop
 
 
-def collatz(start, stop=1, effort=0.0):
+def collatz(start, stop=1, effort=None):
     """Steps until the Collatz sequence of a number reaches `stop`, and the numbers' sum."""
 
     def advance(state):
@@ -17,7 +17,7 @@ def collatz(start, stop=1, effort=0.0):
         return number, steps + 1, total + number
 
     state = start, jnp.array(0), jnp.array(0)
-    return queued_loop(lambda state: state[0] != stop, advance, state, jnp.asarray(effort))[1:]
+    return queued_loop(lambda state: state[0] != stop, advance, state, effort)[1:]
 
 
 def in_python(start, stop=1):
@@ -37,10 +37,16 @@ def test_a_single_case():
     assert tuple(map(int, collatz(jnp.array(27)))) == in_python(27)
 
 
+@pytest.mark.parametrize("ordered", [False, True])
 @pytest.mark.parametrize("lanes", [1, SLOTS - 1, SLOTS, SLOTS + 1, 700])
-def test_every_lane_ends_where_it_ends_alone(lanes):
-    starts = np.arange(1, lanes + 1)
-    found = jax.jit(jax.vmap(collatz))(jnp.asarray(starts))
+def test_every_lane_ends_where_it_ends_alone(lanes, ordered):
+    # 1 is there at the start, as are a third of these: they wait for no slot.
+    starts = np.maximum(np.arange(1, lanes + 1) - lanes // 3, 1)
+
+    def one(start):
+        return collatz(start, effort=1.0 * start if ordered else None)
+
+    found = jax.jit(jax.vmap(one))(jnp.asarray(starts))
     np.testing.assert_array_equal(np.stack(found), expected(starts, np.ones(lanes)))
 
 

@@ -8,7 +8,6 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
-from ..kernel import one_kernel
 from ..lanes import in_blocks
 
 _CACHED = 2048
@@ -49,7 +48,7 @@ def over_rods(
         over = jnp.broadcast_shapes(*batches)
         one = functools.partial(single, compact=math.prod(over) <= _FEW)
         if over == ():
-            return one_kernel(wrap(one))(*leaves)
+            return wrap(one)(*leaves)
         varied = [math.prod(batch) > 1 for batch in batches]
         varied[0] |= not any(varied)
 
@@ -68,7 +67,7 @@ def over_rods(
             return along(*(next(supply) if varies else leaf for leaf, varies in pairs))
 
         moving = [leaf for leaf, varies in zip(leaves, varied, strict=True) if varies]
-        out = one_kernel(lambda *moving: in_blocks(block, moving, size))(*moving)
+        out = in_blocks(block, moving, size)
         return jax.tree.map(lambda leaf: leaf.reshape(*leaf.shape[:-1], *over), out)
 
     return call

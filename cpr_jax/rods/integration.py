@@ -10,6 +10,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..geometry import AbstractGeometry
+from ..kernel import one_kernel
 from .equations import RodEnergy, RodState, energy_density_at, right_hand_side
 from .rod import Rod
 from .segments import segments_of
@@ -145,8 +146,10 @@ def _solve(geometry, scheme, readout, compact, rod, force, moment):
         if whole:
             y, along = jax.lax.scan(advance, y, jnp.arange(float(steps)))
             return (y, end), (along, force_after(1.0 + jnp.arange(float(steps))))
-        y = jax.lax.fori_loop(0, steps, lambda k, y: advance(y, 1.0 * k)[0], y)
-        return (y, end), None
+        to_end = one_kernel(
+            lambda y: jax.lax.fori_loop(0, steps, lambda k, y: advance(y, 1.0 * k)[0], y)
+        )
+        return (to_end(y), end), None
 
     begin = y0, tuple(force)
     if segments is None:

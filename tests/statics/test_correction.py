@@ -1,7 +1,6 @@
 """Corrections that eliminate leg by leg, beside dense linear algebra and `jax.jacfwd`."""
 
 import dataclasses
-import re
 
 import equinox as eqx
 import jax
@@ -192,5 +191,4 @@ def test_all_that_is_done_along_the_rods_of_a_batch_is_one_kernel(make):
     problem, ys = problem_of(robot), jnp.zeros((64, robot.n_y))
     rights = jnp.zeros((robot.n_y, 2))
     batch = jax.jit(jax.vmap(lambda y: settle(problem, y, rights, jnp.asarray(STEPS), chords=2)))
-    kernels = re.findall(r"call @kernel_of_packs.*xla_cpu_small_call", batch.lower(ys).as_text())
-    assert len(kernels) == 2
+    assert batch.lower(ys).as_text().count("xla_cpu_small_call") == 2
