@@ -14,7 +14,21 @@ import jax
 import jax.numpy as jnp
 from jax.experimental.xla_metadata import set_xla_metadata
 
+from .traces import largest, loops_over_elements, operations
+
 _NAME, _PACKED = "one_kernel", "kernel_of_packs"
+
+_MOST_BYTES, _MOST_COST, _PER_BYTE = 2**19, 200_000, 10
+"""From where on XLA spreads a loop over several cores: bytes that it reads and writes; or, where it
+takes more than an operation for each of them, operations and so many for each byte (the cost model
+of its `ParallelTaskAssignment`)."""
+
+_MARGIN = 0.75
+"""How much of that is made use of: XLA may fuse what was two loops."""
+
+_SMALL, _FEW = 400, 256
+"""Operations of a kernel up to which XLA is left to it, as what it then repeats costs less than
+what is stored and read again; and elements of its largest array."""
 
 
 def one_kernel(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -24,9 +38,9 @@ def one_kernel(function: Callable[..., Any]) -> Callable[..., Any]:
 
     **Arguments:**
 
-    - `function`: elementwise arithmetic in loops; reductions and contractions are not for it, nor
-        arrays of some hundred kilobytes: XLA would spread those over several cores, which it cannot
-        within a kernel. Of each type of its arguments, what it returns must depend on one at least.
+    - `function`: elementwise arithmetic in loops; reductions and contractions are not for it. Of
+        each type of its arguments, what it returns must depend on one at least. Where its arrays
+        are large, see `fits_a_kernel`, it stays what it is.
     """
 
     # A name is what every transformation of a call hands on.
@@ -39,6 +53,26 @@ def one_kernel(function: Callable[..., Any]) -> Callable[..., Any]:
 def is_one_kernel(equation) -> bool:
     """Whether a call in a traced program was made by `one_kernel`."""
     return _NAME in equation.params.get("name", "")
+
+
+def fits_a_kernel(jaxpr) -> bool:
+    """Whether XLA can make a traced program one kernel.
+
+    It spreads long loops over several cores, which it cannot within a kernel: compilation ends
+    with `Symbols not found`, or with `Incorrect number of arguments`.
+    """
+    return not any(_is_spread(*loop) for loop in loops_over_elements(jaxpr))
+
+
+def _is_spread(operations: int, moved: int) -> bool:
+    if operations > _MARGIN * moved:
+        return operations + _PER_BYTE * moved > _MARGIN * _MOST_COST
+    return moved > _MARGIN * _MOST_BYTES
+
+
+def is_small(jaxpr) -> bool:
+    """Whether XLA is best left to the program of a kernel."""
+    return operations(jaxpr) < _SMALL and largest(jaxpr) <= _FEW
 
 
 def as_one_kernel(function: Callable[..., list], args: list) -> list:

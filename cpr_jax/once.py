@@ -16,14 +16,14 @@ from jax.extend import core
 from .kernel import (
     as_one_kernel,
     called,
+    fits_a_kernel,
     is_kernel_of_packs,
     is_one_kernel,
+    is_small,
     kernel_of_packs,
 )
-from .lazy import is_lazy, traced
-
-_VIEWS = frozenset({"broadcast_in_dim", "convert_element_type", "reshape", "slice", "squeeze"})
-"""What moves values without calculating: rather done again than stored."""
+from .lazy import is_lazy
+from .traces import CALLS, LOOPS, VIEWS, inner, name_of, operations
 
 _LEAST = 8
 """Operations on an element that are rather repeated than their result stored and read again."""
@@ -37,23 +37,8 @@ library."""
 _LONGER = 20
 """How many others that are."""
 
-_SMALL = 400
-"""Operations of a kernel up to which XLA is left to it: what it then repeats costs less than what
-is stored and read again."""
-
 _APART = frozenset({"dot_general", "dynamic_slice", "dynamic_update_slice", "gather", "sort"})
 """What is not part of a loop over elements."""
-
-_CALLS = {
-    "jit": "jaxpr",
-    "pjit": "jaxpr",
-    "closed_call": "call_jaxpr",
-    "custom_jvp_call": "call_jaxpr",
-    "custom_vjp_call": "call_jaxpr",
-    "custom_vmap_call": "call",
-}
-
-_LOOPS = {"scan": "jaxpr", "while": "body_jaxpr"}
 
 
 def once(function: Callable[..., Any], least: int = 0) -> Callable[..., Any]:
@@ -73,7 +58,7 @@ def once(function: Callable[..., Any], least: int = 0) -> Callable[..., Any]:
             return function(*args)
         program, shape = jax.make_jaxpr(function, return_shape=True)(*args)
         leaves = jax.tree.leaves(args)
-        if _size(program.jaxpr) < least:
+        if operations(program.jaxpr) < least:
             values = _as_is(program, leaves)
         else:
             values = _finished(program, leaves)
@@ -89,25 +74,11 @@ class _Pending:
         self.equation, self.inputs = equation, inputs
         self.value: Any = None
         self.effort = sum(entry.effort for entry in inputs if _is_pending(entry))
-        name = _name(equation)
-        self.effort += _LONGER if name in _LONG else name not in _VIEWS
+        name = name_of(equation)
+        self.effort += _LONGER if name in _LONG else name not in VIEWS
 
     def bind(self, *values):
         return self.equation.primitive.bind(*values, **self.equation.params)
-
-
-def _size(jaxpr) -> int:
-    """Number of operations, with those of loops and calls."""
-    return sum(1 + sum(_size(inner.jaxpr) for inner in _inner(e)) for e in jaxpr.eqns)
-
-
-def _inner(equation) -> list:
-    """The program of a call, or of a loop's body, if an operation is one."""
-    if is_lazy(equation):
-        return [traced(equation)]
-    places = _CALLS | _LOOPS
-    name = _name(equation)
-    return [equation.params[places[name]]] if name in places else []
 
 
 def _as_is(program, args) -> list:
@@ -148,35 +119,42 @@ def _evaluate(jaxpr, constants, args) -> list:
 
 
 def _results(equation, inputs) -> list:
-    name, primitive = _name(equation), equation.primitive
-    if name in _CALLS or is_lazy(equation):
-        (inner,) = _inner(equation)
+    name, primitive = name_of(equation), equation.primitive
+    if name in CALLS or is_lazy(equation):
+        (program,) = inner(equation)
         if is_kernel_of_packs(equation):
             # Made by `once` before: a program of single cases may be part of one on lanes.
             values = [_value(entry) for entry in inputs]
-            return kernel_of_packs(lambda *packs: _as_is(inner, packs), values)
+            return kernel_of_packs(lambda *packs: _as_is(program, packs), values)
         if is_one_kernel(equation):
             values = [_value(entry) for entry in inputs]
-            small = _size(inner.jaxpr) < _SMALL
-            carry_out = _as_is if small else _finished
-            return as_one_kernel(functools.partial(carry_out, inner), values)
-        return _evaluate(inner.jaxpr, inner.consts, inputs)
+            kernel = _kernel(program, values)
+            if fits_a_kernel(kernel.jaxpr):
+                return as_one_kernel(functools.partial(_as_is, kernel), values)
+        return _evaluate(program.jaxpr, program.consts, inputs)
     if primitive.multiple_results or name in _APART:
         params = dict(equation.params)
-        if name in _LOOPS:
-            params[_LOOPS[name]] = _in_loop(params[_LOOPS[name]])
+        if name in LOOPS:
+            params[LOOPS[name]] = _in_loop(params[LOOPS[name]])
         results = primitive.bind(*(_value(entry) for entry in inputs), **params)
         return results if primitive.multiple_results else [results]
     return [_Pending(equation, inputs)]
 
 
+def _kernel(program, values):
+    """What one kernel is to do, of arguments like the values; constants among these are in it."""
+    carry_out = _as_is if is_small(program.jaxpr) else _finished
+
+    def carried_out(*args):
+        pairs = zip(args, values, strict=True)
+        return carry_out(program, [a if isinstance(v, jax.core.Tracer) else v for a, v in pairs])
+
+    return jax.make_jaxpr(carried_out)(*values)
+
+
 def _in_loop(body):
     """The body of a loop, rewritten likewise."""
     return jax.make_jaxpr(lambda *args: _finished(body, args))(*body.in_avals)
-
-
-def _name(equation) -> str:
-    return equation.primitive.name
 
 
 def _is_pending(entry) -> bool:

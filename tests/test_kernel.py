@@ -73,3 +73,37 @@ def test_constants_and_arguments_that_nothing_needs_do_no_harm(numbers):
         return one_kernel(grown)(x, 0.1, unused, 5)
 
     np.testing.assert_allclose(compiled(function, x, unused)(x, unused), x * 1.1**5, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("operations", "lanes"),
+    [(1, 100_000), (30, 1_500), (30, 100_000)],
+    ids=["long", "hard", "both"],
+)
+def test_arrays_that_go_to_several_cores_are_no_part_of_a_kernel(operations, lanes):
+    """XLA cannot compile a kernel within which it spreads a loop over cores."""
+
+    def function(x):
+        y = jnp.concatenate([x[1:], x[:1]])
+        for _ in range(operations):
+            y = y * x + 1.0
+        return y
+
+    x = np.linspace(0.0, 0.5, lanes)
+    found = compiled(one_kernel(function), x)(x)
+    y = np.roll(x, -1)
+    for _ in range(operations):
+        y = y * x + 1.0
+    np.testing.assert_allclose(found, y, rtol=1e-14)
+
+
+def test_what_large_arrays_are_moved_for_is_a_kernel():
+    """An array of many numbers that are calculated with one by one."""
+    if jax.default_backend() != "cpu":
+        pytest.skip("only the back end for the CPU has such kernels")
+    packs = np.ones((60, 128))
+
+    def function(pack):
+        return jnp.concatenate([part * pack[0] for part in pack])
+
+    assert "xla_cpu_small_call" in compiled(one_kernel(function), packs).as_text()
