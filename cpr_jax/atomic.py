@@ -5,6 +5,8 @@ import pathlib
 import tempfile
 from collections.abc import Callable
 
+_TRIES = 3
+
 
 def write_atomically(
     path: str | os.PathLike,
@@ -18,9 +20,19 @@ def write_atomically(
     - `write`: called with the temporary path, which ends in `.part`.
     - `scratch`: folder of the temporary file, on the same disk; by default that of the file.
     """
-    target = pathlib.Path(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
+    for tried in range(_TRIES):
+        try:
+            return _write(pathlib.Path(path), write, scratch)
+        except FileNotFoundError:
+            # Who tidies up a folder takes a file that is being written for one that was left.
+            if tried + 1 == _TRIES:
+                raise
+
+
+def _write(target: pathlib.Path, write, scratch: pathlib.Path | None) -> None:
     folder = scratch or target.parent
+    for needed in (target.parent, folder):
+        needed.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(prefix=".", suffix=".part", dir=folder)
     os.close(handle)
     temporary = pathlib.Path(name)

@@ -34,6 +34,11 @@ class Entry:
     reciprocal: bool
     unit: str
 
+    @property
+    def positive(self) -> bool:
+        """Whether no rod has it below zero: lengths, stiffnesses and compliances."""
+        return self.path.startswith("legs.rod.") and self.path.endswith(("length", "compliance"))
+
     def get(self, robot: Robot) -> Float[Array, ""]:
         """The value of ρ."""
         number = attrgetter(self.path)(robot)[self.index]

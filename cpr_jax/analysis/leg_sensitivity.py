@@ -23,6 +23,9 @@ from .parameters import Selection, select
 class LegSensitivity(eqx.Module):
     """`Π_i(s) = ∂x_i(s)/∂ρ_i` along a leg, its base state held: `Π_i(0) = 0` (7)–(8).
 
+    The derivative is that of one cross-section: as a rod (or one of its segments) becomes longer,
+    each stays at its share of the length rather than at its `s`.
+
     **Attributes:**
 
     - `s`: arc length, m, with what is fed, shape `(points,)`.

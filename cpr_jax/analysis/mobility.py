@@ -13,6 +13,7 @@ from ..statics.equilibrium import Equilibrium, check_fits
 from ..statics.linear import inverse, regular_inverse, row_axes
 from ..statics.masking import where_solved
 from ..statics.residual import residual
+from ..statics.singular_values import evenness
 from ..statics.unknowns import scales, unknown_scales, unravel
 from ..summary import in_notebook, summary
 from .belonging import check_belongs
@@ -94,6 +95,6 @@ def _mobility(
         jacobian=jacobian,
         compliance=compliance,
         manipulability=jnp.prod(stretch),
-        condition=stretch[-1] / stretch[0],
+        condition=evenness(stretch),
     )
     return found, jnp.max(jnp.abs(R_0))

@@ -1,6 +1,7 @@
 """Which numbers of a robot are the parameters ρ, with labels, units and ranges (6)."""
 
 import dataclasses
+from collections import OrderedDict
 from collections.abc import Iterable, Mapping, Sequence
 from operator import attrgetter
 
@@ -65,7 +66,9 @@ def select(
     - `field`: the argument that errors are to name.
     """
     if labels is None:
-        labels = tuple(robot.uncertainty)
+        # A plain dictionary, put into a robot by hand, has no order that lasts.
+        ordered = isinstance(robot.uncertainty, OrderedDict)
+        labels = tuple(robot.uncertainty if ordered else sorted(robot.uncertainty))
         if not labels:
             raise InputError(
                 f"Argument `{field}` must name parameters, since {robot.name} declares no "
@@ -160,8 +163,11 @@ def _entry(robot: Robot, label: str, field: str) -> Entry:
         )
     if isinstance(entry, Common):
         return _checked_common(robot, entry, field)
+    left_out = ""
     try:
         leaf = attrgetter(entry.path)(robot)
+        if leaf is None:
+            left_out = f": its `{entry.path}` is left out, give zeros for it"
         inside = leaf is not None and len(entry.index) == leaf.ndim
         inside = inside and all(-n <= i < n for i, n in zip(entry.index, leaf.shape, strict=True))
     except AttributeError:
@@ -169,7 +175,7 @@ def _entry(robot: Robot, label: str, field: str) -> Entry:
     if not inside:
         raise InputError(
             f"Argument `{field}` must name numbers that the robot has, but {label!r} is not "
-            f"among those of {robot.name} ({robot.n} legs)."
+            f"among those of {robot.name} ({robot.n} legs){left_out}."
         )
     turn = entry.path == "legs.screw" and entry.index[-1] % leaf.shape[-1] >= robot.geometry.d
     if turn and not robot.legs.turns:

@@ -73,7 +73,7 @@ class Sensitivity(eqx.Module):
             hits = [
                 i
                 for i, row in enumerate(self.rows)
-                if row == name or row.rpartition("_")[0] == name
+                if row == name or (name and row.rpartition("_")[0] == name)
             ]
             if not hits:
                 raise InputError(

@@ -10,6 +10,7 @@ import numpy as np
 from ..analysis.ellipsoid import Ellipsoid, ellipsoid, linear_coverage
 from ..analysis.sensitivity import Sensitivity
 from ..analysis.sensitivity import sensitivity as analyse
+from ..analysis.slopes import Hold
 from ..errors import InputError
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
@@ -68,6 +69,13 @@ def sensitivity(request: Request, hold: str, as_json: bool) -> int:
     # Zero rather than what rounding leaves of it; neither nanometres nor nanoradians matter here.
     place = np.round(np.asarray(equilibrium.q_p), 9) + 0.0
     print(f"{robot.name} at {place}, {hold} held")
+    if hold == Hold.PLATFORM.value:
+        motors, units = result.rows[: robot.n_a], unknown_units(robot)[: robot.n_a]
+        unit = " or ".join(dict.fromkeys(units))
+        _print_columns("Pi_q", motors, result, np.asarray(result.Pi_y)[: robot.n_a], unit)
+        for motor, radius, unit in zip(motors, np.asarray(result.tube_radius), units, strict=False):
+            print(f"{motor:<9} {radius:.6e} {unit}")
+        return 0
     _print_columns("Pi_p", ellipsoid(result).labels, result, result.Pi_p, "m")
     if robot.oriented:
         turn = ellipsoid(result, "turn_P")

@@ -149,6 +149,11 @@ def _half_ranges(
             raise InputError(
                 f"Argument `--delta` must be LABEL=VALUE such as k_b1=4.73e-3, but it is {text!r}."
             )
+        if label in delta:
+            raise InputError(
+                f"Argument `--delta` must give one half range for each parameter, but {label!r} "
+                "has two."
+            )
         field = f"--delta {label}"
         if "[" in label:
             dimension = Dimension("number", ("1",), "0.1")

@@ -2,6 +2,7 @@
 
 import argparse
 import dataclasses
+import math
 import re
 from pathlib import Path
 
@@ -33,6 +34,13 @@ class PathRequest:
     max_moment: float | None
 
 
+def _spacing(text: str | None, dimension: Dimension) -> float | None:
+    """A distance, or `inf` for the waypoints alone."""
+    if text is None or text.strip() == "inf":
+        return None if text is None else math.inf
+    return quantity("--spacing", text, dimension, Sign.POSITIVE)
+
+
 def check_path(arguments: argparse.Namespace, request: Request) -> PathRequest:
     """Checks the arguments of a trajectory of a robot."""
     coordinates = coordinates_of(request.robot)
@@ -47,16 +55,13 @@ def check_path(arguments: argparse.Namespace, request: Request) -> PathRequest:
             f"Argument `{field}` must give two waypoints or more, but it gives {len(rows)}."
         )
     straight = LENGTH if LENGTH in dimensions else ANGLE
-    spacing = arguments.spacing
     return PathRequest(
         out=arguments.out,
         field=f"`{field}`",
         names=names,
         waypoints=tuple(rows),
         plan=arguments.plan,
-        spacing=None
-        if spacing is None
-        else quantity("--spacing", spacing, straight, Sign.POSITIVE),
+        spacing=_spacing(arguments.spacing, straight),
         max_torque=limit("--max-torque", arguments.max_torque, torque_of(request)),
         max_moment=limit("--max-moment", arguments.max_moment, MOMENT),
     )

@@ -18,6 +18,7 @@ from ..errors import InputError
 from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium
 from ..statics.shape import Shape
+from ..studies.outcome import MonteCarlo
 from .solids import (
     ellipsoid_surface,
     faces,
@@ -114,7 +115,7 @@ def plot_ellipsoid_3d(
 
 
 def plot_cloud_3d(
-    points: Float[np.ndarray, "k d"],
+    points: Float[np.ndarray, "k d"] | MonteCarlo,
     ax: Axes,
     *,
     inside: np.ndarray | None = None,
@@ -123,13 +124,13 @@ def plot_cloud_3d(
     color: str = BLUE,
     unit: float = 1e3,
 ) -> None:
-    """Draws a cloud of end-effectors, such as `q_p[:, :3]` of a `MonteCarlo` study.
+    """Draws a cloud of end-effectors.
 
     Points with NaN, samples without an equilibrium, have no place here.
 
     **Arguments:**
 
-    - `points`: m, shape `(k, d)`.
+    - `points`: m, shape `(k, d)`, or a study, of which it takes these and what is `inside`.
     - `inside`: whether each point is inside its ellipsoid, shape `(k,)`: dots inside, crosses
         outside.
     - `center`, `scale`: the magnification about a point, m, shape `(d,)`, as of an ellipsoid.
@@ -137,6 +138,14 @@ def plot_cloud_3d(
     - `unit`: factor from m to the unit of the axes; 1000 draws millimetres.
     """
     axes = _three_dimensional(ax)
+    if isinstance(points, MonteCarlo):
+        inside = points.inside if inside is None else inside
+        points = points.q_p[:, : points.ellipsoid.center.size]
+    points = np.asarray(points, float)
+    if points.ndim != 2 or points.shape[1] not in (2, 3):
+        raise InputError(
+            f"Argument `points` must have shape (k, 2) or (k, 3), but its shape is {points.shape}."
+        )
     if center is None and scale != 1.0:
         raise InputError("Argument `center` must be given where `scale` is not 1, but it is None.")
     places = unit * world(magnified(points, 0.0 if center is None else center, scale))

@@ -1,6 +1,7 @@
 """A continuum parallel robot: its legs, its platform, its loads."""
 
 import dataclasses
+from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -71,7 +72,8 @@ class Robot(eqx.Module):
     m_P: Float[Array, " r"]
     transmission: Float[Array, "n n_a"]
     home: Home | None
-    uncertainty: dict[str, Float[Array, ""]]
+    # Of a plain dictionary JAX sorts the keys, wherever it builds a robot anew.
+    uncertainty: dict[str, Float[Array, ""]] = eqx.field(converter=OrderedDict)
     name: str = eqx.field(static=True)
     loads: PointLoads | None = None
 
@@ -195,6 +197,13 @@ def make_robot(
     stacked = stack(legs)
     for place, leaf in jax.tree_util.tree_leaves_with_path(stacked):
         check_finite(f"legs{jax.tree_util.keystr(place)}", leaf)
+    further = stacked.rod.further
+    bending = [rods.curvature_compliance for rods in (stacked.rod, further) if rods is not None]
+    if not any(isinstance(rods, jax.core.Tracer) or np.any(np.asarray(rods)) for rods in bending):
+        raise InputError(
+            "Argument `legs` must have one rod at least that bends, but the stiffness of all is "
+            "infinite."
+        )
     known = None
     if isinstance(home, Home):
         home = home.q_a, home.q_p

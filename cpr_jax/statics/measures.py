@@ -25,7 +25,9 @@ class Measures(eqx.Module):
 
     - `sigma_t1`, `sigma_t2`: smallest singular value of `A_q = ∂R₀/∂(q_a, μ)` (platform held;
         zero at a Type 1 singularity) and of `A_p = ∂R₀/∂(q_p, μ)` (motors held; zero at a Type 2
-        singularity), dimensionless. `sigma_t1` is NaN unless A_q is square.
+        singularity), dimensionless. `sigma_t1` is NaN unless A_q is square. A body in space has
+        derivatives by its rotation vector in `A_p`: beside those by small turns they shrink with
+        its angle θ, by `2 sin(θ/2) / θ` (0.9 at a quarter turn), and are singular at θ = 2π.
     - `sign_t1`, `sign_t2`: signs of their determinants.
     - `condition`: condition number of `A_p`.
     - `motor_torques`: what the motors exert on the legs, N·m (N where they slide), `(n_a,)`.

@@ -111,3 +111,9 @@ def _product(a, b):
     if len(b) < _LONG or b.shape[-1] == 1:
         return jnp.sum(a[:, :, None] * b, axis=1)
     return sum(a[:, k, None] * b[k] for k in range(len(b)))
+
+
+def evenness(lengths: Float[Array, " k"]) -> Float[Array, ""]:
+    """Smallest over largest of singular values, the largest first; 0 if all are."""
+    longest = lengths[0]
+    return jnp.where(longest == 0.0, 0.0, lengths[-1] / jnp.where(longest == 0.0, 1.0, longest))

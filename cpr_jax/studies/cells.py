@@ -26,7 +26,7 @@ from ..statics.linear import inverse_with_sign, row_axes
 from ..statics.measures import motor_torques
 from ..statics.residual import by_leg, leg_base, residual_in_world, to_world
 from ..statics.roots import TOLERANCE
-from ..statics.singular_values import norm_2
+from ..statics.singular_values import evenness, norm_2
 from ..statics.unknowns import unknown_scales, unravel
 
 _POLISHED = 3
@@ -138,7 +138,7 @@ def _look(robot: Robot, selection: Selection, delta, y, imposed, steps: int) -> 
         semi_axes=semi_axes,
         directions=directions,
         manipulability=jnp.prod(stretch),
-        manipulability_condition=stretch[-1] / stretch[0],
+        manipulability_condition=evenness(stretch),
         curvature=curvature,
         moment=moment,
         unstable=counted.index,

@@ -17,6 +17,7 @@ from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..statics.equilibrium import Equilibrium, check_fits, check_solved
 from ..statics.problem import Problem, forward_rows
+from ..statics.reach import used_up
 from ..statics.roots import find_root
 from ..statics.status import SolveError, Status
 from ..statics.unknowns import unknown_scales
@@ -84,7 +85,7 @@ def critical_value(
     - `rtol`: accuracy of the value, relative to the range.
 
     **Raises:** `InputError` for a bad argument; `SolveError` where the equations can no longer be
-    solved, though the branch does not fold back there.
+    solved, though the branch does not fold back there, and where nothing is left of a rod.
     """
     check_kind("robot", robot, Robot, "a Robot")
     check_fits("equilibrium", equilibrium, robot)
@@ -102,13 +103,20 @@ def critical_value(
             f"Argument `stop` must be a number other than the present value {start}, but it is "
             f"{stop!r}."
         )
+    if selection.entries[0].positive and stop < 0.0:
+        raise InputError(
+            f"Argument `stop` must not be negative, as {parameter} cannot be, but it is {stop!r}."
+        )
     held = floats(np.append(equilibrium.q_a, np.zeros(robot.n_p)))
     units = np.asarray(unknown_scales(robot))
 
+    ends = []
+
     def look(value: float, y):
         out = _look(robot, selection, held, floats([value]), floats(y), steps)
-        y, good, index = (np.asarray(part) for part in out)
-        return (y, int(index)) if good else None
+        y, good, gone, index = (np.asarray(part) for part in out)
+        ends.append(bool(gone))
+        return (y, int(index)) if good and not gone else None
 
     found = look(start, equilibrium.y)
     if found is None:
@@ -133,6 +141,12 @@ def critical_value(
             step *= 0.5
             if abs(step) >= least and looks <= points + _MOST:
                 continue
+            if ends[-1]:
+                raise SolveError(
+                    Status.OUT_OF_REACH,
+                    f"The equilibrium of {robot.name} ends at {parameter} = {low:.6g}, where "
+                    "nothing is left of a rod that its motor has drawn in.",
+                )
             if abs(step) < least and _folds_back(way, units, span):
                 return CriticalValue(low, before, -1, y)
             # Exactly at a critical value the equations may be singular.
@@ -187,5 +201,6 @@ def _look(robot: Robot, selection: Selection, held, value, y, steps: int):
     root = find_root(Problem(varied, forward_rows(varied), held), y, steps=steps)
     moved = jnp.max(jnp.abs(root.y - y) / unknown_scales(robot))
     good = (root.residual < _CLOSE) & (moved < _FARTHEST)
+    gone = used_up(varied, root.y[: robot.n_a])
     counted = count_unstable(varied, root.y, rods_in_pieces(varied, root.y, steps))
-    return root.y, good, counted.index
+    return root.y, good, gone & good, counted.index

@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -18,6 +18,7 @@ from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium
 from ..statics.problem import imposed_coordinates
 from ..statics.unknowns import unknown_labels
+from ..summary import in_notebook, summary
 from .design_search import SLACK, Build, Measure, Search
 
 
@@ -49,6 +50,19 @@ class Design(NamedTuple):
     def equilibrium(self, k: int) -> Equilibrium:
         """That at the k-th point."""
         return jax.tree.map(lambda leaf: leaf[k], self.equilibria)
+
+    def _repr_pretty_(self, printer: Any, cycle: bool) -> None:
+        in_notebook(self, printer, cycle)
+
+    def __str__(self) -> str:
+        found = "Best design" if self.converged else "Not converged, the best design"
+        return summary(
+            self,
+            f"{found} of {len(self.history)} that work: {self.message}",
+            objective=self.objective,
+            **self.values,
+            **({"least slack": np.min(self.slack)} if self.slack.size else {}),
+        )
 
 
 def position_spread(robot: Robot, equilibrium: Equilibrium) -> Float[Array, ""]:

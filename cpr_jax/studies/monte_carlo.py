@@ -3,6 +3,7 @@
 import enum
 import os
 import pathlib
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import TypeVar
 
@@ -13,7 +14,7 @@ from tqdm import tqdm
 from ..analysis.belonging import check_belongs
 from ..analysis.ellipsoid import ellipsoid
 from ..analysis.expansion import expand
-from ..analysis.parameters import ranges, select
+from ..analysis.parameters import Selection, ranges, select
 from ..analysis.sensitivity import named
 from ..analysis.slopes import Hold, slopes_at
 from ..checks import check_kind
@@ -21,7 +22,7 @@ from ..errors import InputError, check_integer, shown
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
 from ..rods.solver import Scheme, checked_scheme
-from ..statics.accuracy import MENU, TOLERANCE, least_scheme
+from ..statics.accuracy import MENU, ROUGH, TOLERANCE, least_scheme
 from ..statics.chord import EXACT
 from ..statics.equilibrium import Equilibrium, check_fits, check_solved
 from .ahead import compile_study
@@ -106,6 +107,7 @@ def monte_carlo(
     check_solved("equilibrium", equilibrium)
     selection = select(robot, parameters)
     half_ranges, y = ranges(robot, selection, delta), equilibrium.y
+    _warn_of_ranges(robot, selection, half_ranges)
     options = Options(selection, drawn, predicted)
     # What is not wanted beside the menu is the quickest of it.
     further = np.asarray(MENU[0] if steps is None else given)
@@ -122,6 +124,13 @@ def monte_carlo(
     if steps is None:
         chosen = least_scheme(np.array(errors), tolerance)
         scheme, error = MENU[chosen], errors[chosen]
+    elif error > ROUGH:
+        warnings.warn(
+            f"With {given} the tips of rods are off by up to {error:.1g} rod lengths, so that "
+            "samples may be far away or count as lost: give finer `steps`, or none.",
+            UserWarning,
+            stacklevel=2,
+        )
     enough = EXACT if steps is not None else max(EXACT, _SHARE * tolerance)
     study = Study(robot, y, half_ranges, expansion, np.asarray(scheme), np.asarray(enough))
 
@@ -175,6 +184,18 @@ def monte_carlo(
         save(outcome)
     parts.clear()
     return outcome
+
+
+def _warn_of_ranges(robot: Robot, selection: Selection, half_ranges) -> None:
+    """Says so, to whoever called the caller, where samples may lack a length or a stiffness."""
+    for entry, half_range in zip(selection.entries, np.asarray(half_ranges), strict=True):
+        if entry.positive and half_range > (value := float(entry.get(robot))):
+            warnings.warn(
+                f"The half range of {entry.label} is {half_range:g} in SI units, more than the "
+                f"parameter itself, {value:g}: samples may have none of it. Check its unit.",
+                UserWarning,
+                stacklevel=3,
+            )
 
 
 def _option(kind: type[_Kind], name: str, value: object) -> _Kind:

@@ -1,5 +1,6 @@
 """Finished parts of a long run: kept whole, recognised when the run goes on."""
 
+import contextlib
 import hashlib
 import json
 import pathlib
@@ -51,19 +52,24 @@ class Parts:
     ) -> None:
         self.folder = folder
         self.known = 0
+        self._own: set[str] = set()
         if folder is None:
             return
-        text = json.dumps(configuration, indent=2, sort_keys=True)
+        self._text = json.dumps(configuration, indent=2, sort_keys=True)
         # Of two runs that began in one folder at once neither takes up parts of the other.
-        self._run = hashlib.sha256(text.encode()).hexdigest()
+        self._run = hashlib.sha256(self._text.encode()).hexdigest()
         path = folder / _CONFIGURATION
         if resume and path.exists():
-            refuse_other(json.loads(path.read_text()), json.loads(text), folder)
+            refuse_other(json.loads(path.read_text()), json.loads(self._text), folder)
         else:
             _refuse_others(folder, field)
             refuse_unfinished(folder, sorted(folder.glob("*.npz")))
             self.clear()
-            write_atomically(path, lambda file: file.write_text(text + "\n"))
+            self._begin(folder)
+
+    def _begin(self, folder: pathlib.Path) -> None:
+        path = folder / _CONFIGURATION
+        write_atomically(path, lambda file: file.write_text(self._text + "\n"))
 
     def load(self, name: str) -> dict[str, np.ndarray] | None:
         """A part, or `None` where there is none or a damaged one."""
@@ -79,6 +85,7 @@ class Parts:
         if stored is None or str(stored) != _checksum(arrays) or str(run) != self._run:
             return None
         self.known += 1
+        self._own.add(path.name)
         return arrays
 
     def save(self, name: str, arrays: dict[str, np.ndarray]) -> None:
@@ -92,21 +99,31 @@ class Parts:
             with path.open("wb") as stream:
                 np.savez(stream, **stored)
 
-        write_atomically(self.folder / f"{name}.npz", write)
+        if not (self.folder / _CONFIGURATION).exists():
+            # Another run of the same numbers is through.
+            self._begin(self.folder)
+        path = self.folder / f"{name}.npz"
+        write_atomically(path, write)
+        self._own.add(path.name)
 
     def clear(self) -> None:
-        """Removes all parts and what an interrupted write has left."""
+        """Removes the parts of this run and what an interrupted write has left.
+
+        Parts of another run, one that began in this folder at the same time, stay.
+        """
         if self.folder is None or not self.folder.exists():
             return
-        left = [path for path in self.folder.iterdir() if not _is_own(path)]
-        for path in self.folder.iterdir():
-            if _is_own(path):
-                path.unlink()
-        if not left:
+        with contextlib.suppress(FileNotFoundError):
+            found = {path.name: path for path in self.folder.iterdir() if _is_kept(path)}
+            others = {name for name in found if name.endswith(".npz")} - self._own
+            for name, path in found.items():
+                if name not in others and not (others and name == _CONFIGURATION):
+                    path.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
             self.folder.rmdir()
 
 
-def _is_own(path: pathlib.Path) -> bool:
+def _is_kept(path: pathlib.Path) -> bool:
     """Whether a file has a name that parts have, or what an interrupted write leaves."""
     interrupted = path.name.startswith(".") and path.suffix == ".part"
     return path.is_file() and (path.name == _CONFIGURATION or path.suffix == ".npz" or interrupted)
@@ -118,7 +135,7 @@ def _refuse_others(folder: pathlib.Path, field: str) -> None:
     if not folder.is_dir():
         raise InputError(f"Argument `{field}` must leave {folder} to a folder, but it is a file.")
     written = (folder / _CONFIGURATION).exists()
-    others = [path.name for path in folder.iterdir() if not _is_own(path)]
+    others = [path.name for path in folder.iterdir() if not _is_kept(path)]
     others += [path.name for path in folder.glob("*.npz") if not written]
     if others:
         raise InputError(

@@ -95,3 +95,17 @@ def test_nothing_before_the_base_moves_a_rod_that_carries_weight():
     Pi = cpr.leg_sensitivity(robot, nominal, 1, parameters=names, points=5).Pi
     np.testing.assert_allclose(Pi[..., :3], 0.0, atol=1e-12)
     assert np.max(np.abs(Pi[..., 3])) > 1e-3
+
+
+def test_longer_rods_move_each_cross_section_at_its_share_of_the_length():
+    """Those of an unloaded rod lie on its circle of precurvature."""
+    length, curvature = 0.3, 1.5
+    rod = cpr.kirchhoff_rod(cpr.PLANE, length, 0.02, curvature)
+    leg = cpr.make_leg(cpr.PLANE, (0.0, 0.0), rod)
+    s = np.linspace(0.0, length, 5)
+    tip = np.sin(length * curvature) / curvature, (1 - np.cos(length * curvature)) / curvature
+    robot = cpr.make_robot(cpr.PLANE, [leg], oriented=False, home=((0.0,), tip))
+    found = cpr.leg_sensitivity(robot, cpr.solve_forward(robot, (0.0,)), 1, ["l1"], points=5)
+    share = s / length
+    along = [share * np.cos(s * curvature), share * np.sin(s * curvature), share * curvature]
+    np.testing.assert_allclose(found.Pi[:, :3, 0], np.stack(along, axis=1), rtol=0, atol=1e-9)

@@ -31,3 +31,17 @@ def test_an_equilibrium_of_another_robot_is_refused(robot, equilibria):
         look(robot, nominal)
         with pytest.raises(cpr.InputError, match="`equilibrium` must be one of RFRFR as it is now"):
             look(stiffer, nominal)
+
+
+def test_motors_that_move_nothing_move_the_platform_in_no_direction():
+    def leg(side):
+        rod = cpr.kirchhoff_rod(cpr.PLANE, 0.2, STIFFNESS, -2.0 * side)
+        turned = [np.pi / 2 + 0.3 * side]
+        at = (0.1 * side, 0.0)
+        return cpr.make_leg(cpr.PLANE, at, rod, base_rotation=turned, screw=np.zeros(3))
+
+    home = ((0.0, 0.0), (0.0, 0.17))
+    idle = [leg(-1.0), leg(1.0)]
+    robot = cpr.make_robot(cpr.PLANE, idle, oriented=False, f_P=(0.1, 0.0), home=home)
+    found = cpr.mobility(robot, cpr.solve_forward(robot, (0.0, 0.0)))
+    assert (float(found.manipulability), float(found.condition)) == (0.0, 0.0)

@@ -184,3 +184,26 @@ def test_of_a_known_robot_within_a_transformation(robot, equilibria):
 def test_wrong_steps_are_named(robot, equilibria, look, steps):
     with pytest.raises(cpr.InputError, match="`steps` must"):
         look(robot, equilibria[0.0, 0.2], steps=steps)
+
+
+def test_columns_keep_their_order_in_every_transformation(robot, equilibria):
+    """That in which the robot declares its half ranges, which is not that of the alphabet."""
+    at = equilibria[0.06, 0.15]
+    slopes = cpr.sensitivity(robot, at)
+    assert slopes.columns == ("k_b1", "r_c1", "k_b2", "r_c2")
+    inside = jax.jit(lambda robot, at: cpr.sensitivity(robot, at))(robot, at)
+    assert inside.columns == slopes.columns
+    np.testing.assert_allclose(inside.Pi_p, slopes.Pi_p, rtol=1e-9, atol=1e-12)
+    rebuilt = jax.tree.map(lambda leaf: leaf, robot)
+    assert cpr.sensitivity(rebuilt, at).columns == slopes.columns
+    # Of a plain dictionary put there by hand JAX remembers no order.
+    plain = eqx.tree_at(lambda r: r.uncertainty, robot, dict(robot.uncertainty))
+    alone = cpr.sensitivity(plain, at).columns
+    assert cpr.sensitivity(jax.tree.map(lambda leaf: leaf, plain), at).columns == alone
+
+
+@pytest.mark.parametrize("rows", ["", "q", "p"])
+def test_a_part_of_a_name_is_no_name(robot, equilibria, rows):
+    slopes = cpr.sensitivity(robot, equilibria[0.06, 0.15])
+    with pytest.raises(cpr.InputError, match="`rows` must name states"):
+        cpr.ellipsoid(slopes, rows)

@@ -90,6 +90,21 @@ def test_sensitivity(capsys):
     assert np.shape(answer["platform_stiffness"]) == np.shape(answer["directions"]) == (2, 2)
 
 
+def test_sensitivity_with_the_platform_held_is_that_of_the_motors(capsys):
+    held = "sensitivity", "rfrfr", "--point", "50mm", "0.15", "--hold", "platform"
+    code, out, _ = run(capsys, *held, "--json")
+    assert code == 0
+    answer = json.loads(out)
+    motors = np.array(answer["Pi_y"])[:2]
+    code, out, _ = run(capsys, *held)
+    assert code == 0 and "Pi_q (rows: q1, q2)" in out
+    lines = [line.split() for line in out.splitlines()]
+    shown = [[float(x) for x in line[1:3]] for line in lines if line[0] in answer["parameters"]]
+    np.testing.assert_allclose(np.transpose(shown), motors, rtol=1e-6)
+    radii = [float(line[1]) for line in lines if line[0] in ("q1", "q2")]
+    np.testing.assert_allclose(radii, answer["tube_radius"][:2], rtol=1e-6)
+
+
 def test_monte_carlo_with_a_file(capsys, tmp_path):
     target = tmp_path / "samples.nc"
     code, out, _ = run(

@@ -49,6 +49,7 @@ MISTAKES = [
     (("solve", "three-rfs", "--point", "0", "0", "--imposed", "x,y,z"), "--point"),
     (("solve", "three-rfs", "--motors", "1", "1", "1", "--imposed", "x,y,z"), "--imposed"),
     (("sensitivity", "three-rfs", "--motors", *"111", "--hold", "platform"), "--hold"),
+    (("sensitivity", "rfrfr", *GOOD_POINT, "--delta", "k_b1=1e-3", "k_b1=2e-3"), "--delta"),
     (("workspace", "three-rfs"), "--imposed"),
     (("workspace", "three-rfs", "--imposed", "x,y,phi_P_z"), "--imposed"),
     (("workspace", "three-rfs", "--imposed", "x,y,z", "--axes", "x,phi_P_z"), "--imposed"),

@@ -75,6 +75,16 @@ def test_a_path_that_ends_has_its_files_and_exit_code_3(capsys, tmp_path):
     assert err.startswith("cpr-jax: error: RFRFR: the path ends at 0.162")
 
 
+def test_waypoints_alone(capsys, tmp_path):
+    out = tmp_path / "way"
+    code, _, _ = run(
+        capsys, "trajectory", "rfrfr", *VIA, "--spacing", "inf", "--out", str(out), "--json"
+    )
+    assert code == 0
+    table = np.genfromtxt(out / "trajectory.csv", delimiter=",", skip_header=1)
+    assert len(table) == VIA.count("--via")
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

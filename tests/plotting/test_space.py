@@ -184,6 +184,15 @@ def test_cloud_is_parted_and_magnified(ax):
     assert [line.get_color() for line in ax.lines] == [BLUE, VERMILION]
 
 
+def test_a_cloud_is_taken_from_a_study(ax):
+    robot = cpr.rfrfr()
+    study = cpr.monte_carlo(robot, cpr.solve_inverse(robot, (0.0, 0.2)), 200)
+    plot_cloud_3d(study, ax)
+    dots, crosses = (np.stack(line.get_data_3d(), axis=1) for line in ax.lines)
+    assert np.allclose(dots[:, 1:], 1e3 * study.q_p[study.inside])
+    assert np.allclose(crosses[:, 1:], 1e3 * study.q_p[~study.inside])
+
+
 def test_light_comes_from_above():
     up = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
     above, below = _lit(np.stack([up, up[::-1]]), "white")[:, 0]
@@ -204,6 +213,7 @@ def test_mistakes_are_named(solved, ax):
         "ellipsoid": lambda: plot_ellipsoid_3d(other, ax),
         "center": lambda: plot_cloud_3d(points, ax, scale=2.0),
         "inside": lambda: plot_cloud_3d(points, ax, inside=[True]),
+        "points": lambda: plot_cloud_3d(points[0], ax),
     }
     for name, call in calls.items():
         with pytest.raises(cpr.InputError, match=rf"^Argument `{name}` must .*, but "):

@@ -112,6 +112,7 @@ MISTAKES = {
     "limits.torque": lambda: cpr.Limits(torque=(1.0, 2.0)).check_fits(robot()),
     "torque": lambda: cpr.Limits(torque=-1.0),
     "curvature": lambda: cpr.Limits(curvature=np.nan),
+    "legs` must have one rod at least that bends": lambda: robot(legs=[leg(rod=rod(k_b=np.inf))]),
     "uncertainty['l1']": lambda: robot(uncertainty={"l1": -1e-3}),
 }
 

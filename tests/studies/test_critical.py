@@ -60,6 +60,9 @@ def test_nothing_happens_before_the_load(compressed):
         ("f_P_z", np.nan, "`stop`"),
         ("f_P_q", 1.0, "`parameter` .*'f_P_q'"),
         ("l3", 1.0, "`parameter` .*'l3'"),
+        ("l1", -0.1, "`stop` must not be negative, as l1 cannot be"),
+        ("k_b", -0.01, "`stop` must not be negative, as k_b cannot be"),
+        ("f1_z", -1.0, "`legs.rod.force` is left out, give zeros for it"),
         (3, 1.0, "`parameter` .*3"),
     ],
 )

@@ -74,6 +74,14 @@ def test_it_says_what_it_has_found(limited):
     )
 
 
+def test_it_is_printed_by_what_it_has_found(limited):
+    first, *lines = str(limited).splitlines()
+    assert first.startswith(f"Best design of {len(limited.history)} that work: ")
+    found = {line.split()[0]: float(line.split()[-1]) for line in lines}
+    assert found["k_b"] == pytest.approx(limited.values["k_b"], rel=1e-5)
+    assert found["objective"] == pytest.approx(limited.objective, rel=1e-5)
+
+
 def test_it_follows_a_branch_where_one_jump_leads_to_another():
     """To other lengths and stiffnesses; solves in small steps are the oracle."""
     ends = {"l": (0.3, 0.36443), "d": (0.2, 0.17826), "k_b": (0.0183, 0.03067), "c": (1.0, 2.0)}

@@ -96,3 +96,15 @@ def test_a_path_ends_where_a_rod_does(robot, spacing):
         cpr.solve_inverse(robot, (0.0, 0.23 - end["s"] + h), throw=False) for h in (4e-5, -5e-5)
     ]
     assert [int(one.status) for one in beside] == [Status.SOLVED, Status.OUT_OF_REACH]
+
+
+def test_a_critical_value_is_none_where_a_rod_ends(robot):
+    """The equations go on, with a rod of negative length that many directions make unstable."""
+    start = cpr.solve_inverse(robot, (0.0, 0.19))
+    drawn_in = -float(np.asarray(start.q_a)[0])
+    assert 0.005 < drawn_in < 0.02
+    with pytest.raises(cpr.SolveError, match="nothing is left of a rod") as caught:
+        cpr.critical_value(robot, start, "l1_1", 0.0, points=10, rtol=1e-4)
+    assert caught.value.status == Status.OUT_OF_REACH
+    end = float(str(caught.value).split("l1_1 = ")[1].split(",")[0])
+    assert end == pytest.approx(drawn_in, abs=1e-5)

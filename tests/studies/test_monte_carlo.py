@@ -234,3 +234,15 @@ def test_a_parameter_that_does_not_vary_changes_nothing_however_soft_rods_are():
     nearly = cpr.monte_carlo(robot, equilibrium, 300, **options)
     np.testing.assert_array_equal(found.status, nearly.status)
     assert found.solved > 200 and found.error < 1e-8
+
+
+def test_what_makes_samples_worthless_is_said(robot, equilibria):
+    """Steps that do not integrate the rods, and ranges that leave nothing of them."""
+    coarse = cpr.Scheme(4, 4, 2)
+    with pytest.warns(
+        UserWarning, match=r"the tips of rods are off by up to 0\.0.*give finer `steps`"
+    ):
+        cpr.monte_carlo(robot, equilibria["A"], 200, steps=coarse)
+    with pytest.warns(UserWarning, match="half range of k_b1 is 1 in SI units, more than"):
+        study = cpr.monte_carlo(robot, equilibria["A"], 200, delta={"k_b1": 1.0})
+    assert study.solved < 200

@@ -66,6 +66,26 @@ def test_runs_that_begin_at_once_take_up_nothing_of_each_other(tmp_path):
     assert first.load("one") is not None
 
 
+@pytest.mark.parametrize("seeds", [(1, 1), (1, 2)], ids=["same", "other"])
+def test_what_ends_first_takes_nothing_from_a_run_beside_it(tmp_path, seeds):
+    folder = tmp_path / "parts"
+    first, second = (Parts(folder, {"seed": seed}, resume=False) for seed in seeds)
+    first.save("one", ARRAYS)
+    second.save("two", ARRAYS)
+    first.clear()
+    assert sorted(path.name for path in folder.iterdir()) == ["configuration.json", "two.npz"]
+    again = Parts(folder, {"seed": seeds[1]}, resume=True)
+    assert again.load("two") is not None
+    again.clear()
+    assert not folder.exists()
+    # The second one goes on, is killed, and resumed.
+    second.save("three", ARRAYS)
+    assert Parts(folder, {"seed": seeds[1]}, resume=True).load("three") is not None
+    second.clear()
+    second.clear()
+    assert not folder.exists()
+
+
 @pytest.mark.parametrize("configuration", [{"a": 1}, {"a": 2}])
 def test_without_resume_no_part_is_lost(tmp_path, configuration):
     Parts(tmp_path / "parts", {"a": 1}, resume=False).save("one", ARRAYS)
