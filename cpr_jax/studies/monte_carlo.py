@@ -15,7 +15,7 @@ from ..analysis.belonging import check_belongs
 from ..analysis.ellipsoid import ellipsoid
 from ..analysis.expansion import expand
 from ..analysis.parameters import Selection, ranges, select
-from ..analysis.sensitivity import named
+from ..analysis.sensitivity import Sensitivity, named
 from ..analysis.slopes import Hold, slopes_at
 from ..checks import check_kind
 from ..errors import InputError, check_integer, shown
@@ -107,7 +107,6 @@ def monte_carlo(
     check_solved("equilibrium", equilibrium)
     selection = select(robot, parameters)
     half_ranges, y = ranges(robot, selection, delta), equilibrium.y
-    _warn_of_ranges(robot, selection, half_ranges)
     options = Options(selection, drawn, predicted)
     # What is not wanted beside the menu is the quickest of it.
     further = np.asarray(MENU[0] if steps is None else given)
@@ -119,6 +118,7 @@ def monte_carlo(
         check_belongs(robot, equilibrium, slopes.residual)
         nominal = named(robot, y, selection, half_ranges, slopes, Hold.MOTORS)
         ellipse = ellipsoid(nominal)
+    _warn_of_ranges(selection, nominal)
     *errors, error = np.asarray(expansion.errors)
     scheme = given
     if steps is None:
@@ -186,10 +186,11 @@ def monte_carlo(
     return outcome
 
 
-def _warn_of_ranges(robot: Robot, selection: Selection, half_ranges) -> None:
+def _warn_of_ranges(selection: Selection, nominal: Sensitivity) -> None:
     """Says so, to whoever called the caller, where samples may lack a length or a stiffness."""
-    for entry, half_range in zip(selection.entries, np.asarray(half_ranges), strict=True):
-        if entry.positive and half_range > (value := float(entry.get(robot))):
+    numbers = zip(np.asarray(nominal.rho), np.asarray(nominal.delta), strict=True)
+    for entry, (value, half_range) in zip(selection.entries, numbers, strict=True):
+        if entry.positive and half_range > value:
             warnings.warn(
                 f"The half range of {entry.label} is {half_range:g} in SI units, more than the "
                 f"parameter itself, {value:g}: samples may have none of it. Check its unit.",
