@@ -26,7 +26,7 @@ of its `ParallelTaskAssignment`)."""
 _MARGIN = 0.75
 """How much of that is made use of: XLA may fuse what was two loops."""
 
-_SMALL, _FEW = 400, 256
+_SMALL, _FEW = 400, 512
 """Operations of a kernel up to which XLA is left to it, as what it then repeats costs less than
 what is stored and read again; and elements of its largest array."""
 
