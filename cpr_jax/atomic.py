@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Callable
 
 _TRIES = 3
+"""Writes of one file, where others tidy up what is being written."""
 
 
 def write_atomically(
@@ -24,7 +25,7 @@ def write_atomically(
         try:
             return _write(pathlib.Path(path), write, scratch)
         except FileNotFoundError:
-            # Who tidies up a folder takes a file that is being written for one that was left.
+            # They take it for one that an interrupted write has left.
             if tried + 1 == _TRIES:
                 raise
 

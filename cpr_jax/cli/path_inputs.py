@@ -34,13 +34,6 @@ class PathRequest:
     max_moment: float | None
 
 
-def _spacing(text: str | None, dimension: Dimension) -> float | None:
-    """A distance, or `inf` for the waypoints alone."""
-    if text is None or text.strip() == "inf":
-        return None if text is None else math.inf
-    return quantity("--spacing", text, dimension, Sign.POSITIVE)
-
-
 def check_path(arguments: argparse.Namespace, request: Request) -> PathRequest:
     """Checks the arguments of a trajectory of a robot."""
     coordinates = coordinates_of(request.robot)
@@ -64,6 +57,15 @@ def check_path(arguments: argparse.Namespace, request: Request) -> PathRequest:
         spacing=_spacing(arguments.spacing, straight),
         max_torque=limit("--max-torque", arguments.max_torque, torque_of(request)),
         max_moment=limit("--max-moment", arguments.max_moment, MOMENT),
+    )
+
+
+def _spacing(text: str | None, dimension: Dimension) -> float | None:
+    """A distance, or `inf` for the waypoints alone."""
+    if text is None:
+        return None
+    return (
+        math.inf if text.strip() == "inf" else quantity("--spacing", text, dimension, Sign.POSITIVE)
     )
 
 

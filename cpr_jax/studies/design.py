@@ -59,9 +59,9 @@ class Design(NamedTuple):
         return summary(
             self,
             f"{found} of {len(self.history)} that work: {self.message}",
+            values=", ".join(f"{name} = {value:.6g}" for name, value in self.values.items()),
             objective=self.objective,
-            **self.values,
-            **({"least slack": np.min(self.slack)} if self.slack.size else {}),
+            slack=np.min(self.slack) if self.slack.size else "no constraints",
         )
 
 

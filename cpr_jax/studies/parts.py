@@ -116,9 +116,10 @@ class Parts:
         with contextlib.suppress(FileNotFoundError):
             found = {path.name: path for path in self.folder.iterdir() if _is_kept(path)}
             others = {name for name in found if name.endswith(".npz")} - self._own
-            for name, path in found.items():
+            # The configuration goes last: if this is interrupted, the rest is still known by it.
+            for name in sorted(found, key=lambda name: name == _CONFIGURATION):
                 if name not in others and not (others and name == _CONFIGURATION):
-                    path.unlink(missing_ok=True)
+                    found[name].unlink(missing_ok=True)
         with contextlib.suppress(OSError):
             self.folder.rmdir()
 

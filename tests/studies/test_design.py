@@ -77,9 +77,13 @@ def test_it_says_what_it_has_found(limited):
 def test_it_is_printed_by_what_it_has_found(limited):
     first, *lines = str(limited).splitlines()
     assert first.startswith(f"Best design of {len(limited.history)} that work: ")
-    found = {line.split()[0]: float(line.split()[-1]) for line in lines}
-    assert found["k_b"] == pytest.approx(limited.values["k_b"], rel=1e-5)
-    assert found["objective"] == pytest.approx(limited.objective, rel=1e-5)
+    found = dict(line.split(maxsplit=1) for line in lines)
+    values = dict(part.split(" = ") for part in found["values"].split(", "))
+    assert list(values) == list(limited.values)
+    for name, value in values.items():
+        assert float(value) == pytest.approx(limited.values[name], rel=1e-5)
+    assert float(found["objective"]) == pytest.approx(limited.objective, rel=1e-5)
+    assert float(found["slack"]) == pytest.approx(np.min(limited.slack), abs=1e-9)
 
 
 def test_it_follows_a_branch_where_one_jump_leads_to_another():

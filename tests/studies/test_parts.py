@@ -1,5 +1,6 @@
 """Parts of a long run: whole, recognised, refused where they belong to another run."""
 
+import pathlib
 import sys
 from concurrent.futures import ThreadPoolExecutor
 
@@ -84,6 +85,26 @@ def test_what_ends_first_takes_nothing_from_a_run_beside_it(tmp_path, seeds):
     second.clear()
     second.clear()
     assert not folder.exists()
+
+
+def test_a_kill_while_parts_are_removed_leaves_a_run_to_resume(tmp_path, monkeypatch):
+    parts = Parts(tmp_path / "parts", {"a": 1}, resume=False)
+    for name in ("one", "two"):
+        parts.save(name, ARRAYS)
+    real, removed = pathlib.Path.unlink, []
+
+    def killed(path, *args, **options):
+        if removed:
+            raise KeyboardInterrupt
+        removed.append(path)
+        real(path, *args, **options)
+
+    monkeypatch.setattr(pathlib.Path, "unlink", killed)
+    with pytest.raises(KeyboardInterrupt):
+        parts.clear()
+    monkeypatch.undo()
+    again = Parts(tmp_path / "parts", {"a": 1}, resume=True)
+    assert [again.load(name) is None for name in ("one", "two")].count(True) == 1
 
 
 @pytest.mark.parametrize("configuration", [{"a": 1}, {"a": 2}])
