@@ -14,10 +14,10 @@ from ..statics.linear import inverse, regular_inverse, row_axes
 from ..statics.masking import where_solved
 from ..statics.residual import residual
 from ..statics.singular_values import evenness
+from ..statics.turns import motion_jacobian
 from ..statics.unknowns import scales, unknown_scales, unravel
 from ..summary import in_notebook, summary
 from .belonging import check_belongs
-from .slopes import turn_jacobian
 
 
 class Mobility(eqx.Module):
@@ -85,11 +85,10 @@ def _mobility(
 
     matrix, R_0 = jax.jacfwd(rows, has_aux=True)(y / units)
     inverted = inverse(matrix[:, n_a:])[:n_p] * units[n_a : n_a + n_p, None]
-    # From a rotation vector to small rotations about the world axes.
-    turns = jnp.eye(n_p).at[d:, d:].set(turn_jacobian(robot, y[n_a : n_a + n_p]))
-    jacobian = -turns @ inverted @ matrix[:, :n_a] / units[:n_a]
+    motion = motion_jacobian(robot, y[n_a : n_a + n_p])
+    jacobian = -motion @ inverted @ matrix[:, :n_a] / units[:n_a]
     # The balance of the platform is `load - Σ wrenches`, in units of wrenches.
-    compliance = -turns @ inverted[:, :n_p] / scales(robot).wrench(robot)[:n_p]
+    compliance = -motion @ inverted[:, :n_p] / scales(robot).wrench(robot)[:n_p]
     stretch, _ = row_axes(jacobian[:d])
     found = Mobility(
         jacobian=jacobian,

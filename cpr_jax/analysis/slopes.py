@@ -12,6 +12,7 @@ from ..robots.robot import Robot
 from ..statics.linear import inverse, regular_inverse
 from ..statics.measures import motor_torques
 from ..statics.residual import residual
+from ..statics.turns import motion_jacobian
 from ..statics.unknowns import scales, unknown_scales, unravel
 from .parameters import Selection
 
@@ -47,28 +48,13 @@ class Slopes(NamedTuple):
     residual: Float[Array, ""]
 
 
-def turn_jacobian(robot: Robot, q_p: Float[Array, " n_p"]) -> Float[Array, "k k"]:
-    """Small rotations about the world axes per change of the platform's rotation vector, `(r, r)`.
-
-    For a point, which has neither, `(0, 0)`.
-    """
-    geometry = robot.geometry
-    back = geometry.inverse(robot.orientation(q_p))
-
-    def turn(changed):
-        turned = geometry.compose(robot.orientation(changed), back)
-        return jnp.stack(geometry.log(turned))[: robot.n_p - geometry.d]
-
-    return jax.jacfwd(turn)(q_p)[:, geometry.d :]
-
-
 @program
 def slopes_at(robot: Robot, y: Float[Array, " n_y"], selection: Selection, steps: int) -> Slopes:
     """Π_y by (10) in its conforming order, `-(∂R/∂y)⁻¹ ∂R/∂ρ`, and what hangs on it."""
     units = unknown_scales(robot)
     rho = selection.get(robot)
     n_a, n_p, d = robot.n_a, robot.n_p, robot.geometry.d
-    turned = turn_jacobian(robot, y[n_a : n_a + n_p])
+    motion = motion_jacobian(robot, y[n_a : n_a + n_p])
 
     def equations(scaled, rho):
         varied = selection.set(robot, rho)
@@ -95,7 +81,7 @@ def slopes_at(robot: Robot, y: Float[Array, " n_y"], selection: Selection, steps
     def sensitivities(moving, start: int):
         held = jnp.zeros((n_a, rho.size))
         Pi_y = jnp.concatenate([moving[:start], held, moving[start:]]) * units[:, None]
-        return Answer(Pi_y, tau_y @ Pi_y + tau_rho, turned @ Pi_y[n_a + d : n_a + n_p])
+        return Answer(Pi_y, tau_y @ Pi_y + tau_rho, motion[d:, d:] @ Pi_y[n_a + d : n_a + n_p])
 
     answers = {
         name: sensitivities(part, start)
@@ -108,6 +94,4 @@ def slopes_at(robot: Robot, y: Float[Array, " n_y"], selection: Selection, steps
     stiffness = -(by_p[:n_p] + by_mu[:n_p] @ wrench_by_p)
     wrench_units = scales(robot).wrench(robot)[:n_p]
     stiffness = stiffness * wrench_units[:, None] / units[n_a : n_a + n_p]
-    # From rotation vectors to small rotations about the world axes.
-    stiffness = stiffness @ inverse(jnp.eye(n_p).at[d:, d:].set(turned))
-    return Slopes(answers, stiffness, rho, jnp.max(jnp.abs(R_0)))
+    return Slopes(answers, stiffness @ inverse(motion), rho, jnp.max(jnp.abs(R_0)))

@@ -10,8 +10,10 @@ from ..rods.equations import strain_energy_density, strains
 from ..rods.solver import Steps
 from .accuracy import errors_between
 from .energy import bows_of, integrated, total_energy
+from .linear import inverse
 from .residual import base_wrench, leg_base, residual
 from .singular_values import norm_2, smallest
+from .turns import has_rotation_vector, motion_jacobian
 from .unknowns import row_scales, scales, unknown_scales, unravel
 
 
@@ -25,9 +27,9 @@ class Measures(eqx.Module):
 
     - `sigma_t1`, `sigma_t2`: smallest singular value of `A_q = ∂R₀/∂(q_a, μ)` (platform held;
         zero at a Type 1 singularity) and of `A_p = ∂R₀/∂(q_p, μ)` (motors held; zero at a Type 2
-        singularity), dimensionless. `sigma_t1` is NaN unless A_q is square. A body in space has
-        derivatives by its rotation vector in `A_p`: beside those by small turns they shrink with
-        its angle θ, by `2 sin(θ/2) / θ` (0.9 at a quarter turn), and are singular at θ = 2π.
+        singularity), dimensionless. `sigma_t1` is NaN unless A_q is square. Of a body in space A_p
+        has derivatives by small rotations about the world axes, which do not depend on how its
+        orientation is written.
     - `sign_t1`, `sign_t2`: signs of their determinants.
     - `condition`: condition number of `A_p`.
     - `motor_torques`: what the motors exert on the legs, N·m (N where they slide), `(n_a,)`.
@@ -127,6 +129,9 @@ def measures_with(
     matrix = _known(robot, y, matrix, jnp.asarray(steps))
     n_a, n_q = robot.n_a, robot.n_a + robot.n_p
     A_p = matrix[:, n_a:]
+    if has_rotation_vector(robot):
+        by_motion = A_p[:, : robot.n_p] @ inverse(motion_jacobian(robot, y[n_a:n_q]))
+        A_p = A_p.at[:, : robot.n_p].set(by_motion)
     A_q = jnp.concatenate([matrix[:, :n_a], matrix[:, n_q:]], axis=1)
     if A_q.shape == A_p.shape:
         # As a batch of two they share their compiled code.

@@ -27,6 +27,7 @@ from ..statics.measures import motor_torques
 from ..statics.residual import by_leg, leg_base, residual_in_world, to_world
 from ..statics.roots import TOLERANCE
 from ..statics.singular_values import evenness, norm_2
+from ..statics.turns import has_rotation_vector, motion_jacobian
 from ..statics.unknowns import unknown_scales, unravel
 
 _POLISHED = 3
@@ -107,7 +108,11 @@ def _look(robot: Robot, selection: Selection, delta, y, imposed, steps: int) -> 
     A_q = jnp.concatenate([by_y[:, run] for run in free], axis=1)
     # As a batch of two they share their compiled code.
     (inverse_q, inverse_p), (_, sign_t2) = jax.vmap(inverse_with_sign)(jnp.stack([A_q, A_p]))
-    sigma_t1, sigma_t2 = 1.0 / jax.vmap(norm_2)(jnp.stack([inverse_q, inverse_p]))
+    by_motion = inverse_p
+    if has_rotation_vector(robot):
+        motion = motion_jacobian(robot, y[n_a:n_q])
+        by_motion = inverse_p.at[:n_p].set(motion @ inverse_p[:n_p])
+    sigma_t1, sigma_t2 = 1.0 / jax.vmap(norm_2)(jnp.stack([inverse_q, by_motion]))
     answers = -inverse_p[:n_p] @ jnp.concatenate([by_rho, by_y[:, :n_a]], axis=1)
     answers = answers * units[n_a:n_q, None]
     Pi_p, J = answers[:, : delta.size], answers[:d, delta.size :] / units[:n_a]

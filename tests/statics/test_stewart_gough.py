@@ -4,6 +4,7 @@ import dataclasses
 import json
 import pathlib
 
+import jax
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -11,8 +12,10 @@ from scipy.spatial.transform import Rotation
 from cpr_jax.analysis.stability import stability
 from cpr_jax.geometry import floats
 from cpr_jax.robots.catalogue_space import stewart_gough, stewart_gough_clamped
+from cpr_jax.statics.residual import residual
 from cpr_jax.statics.solve import solve_forward, solve_inverse
 from cpr_jax.statics.status import Status
+from cpr_jax.statics.unknowns import unknown_scales, unravel
 from tests.oracles import stewart_gough as oracle
 
 CASES = json.loads((pathlib.Path(__file__).parents[1] / "reference_cases.json").read_text())
@@ -49,6 +52,35 @@ def test_the_robot_with_a_free_twist(solved, orientation):
     lengths, wrenches = oracle.inverse(np.array([0.0, 0.0, 0.4]), orientation)
     np.testing.assert_allclose(0.4 + solved.q_a, lengths, rtol=0, atol=1e-9)
     np.testing.assert_allclose(solved.base_wrenches, wrenches, rtol=0, atol=1e-7)
+
+
+def test_conditioning_does_not_depend_on_how_the_orientation_is_written(robot, solved):
+    """As what it is: the slopes of the residual along small rotations, by differences."""
+    there = np.array([0.0, 0.0, 0.4, 0.0, TILT - 2.0 * np.pi, 0.0])
+    again = solve_inverse(robot, there, guess=dataclasses.replace(solved, q_p=floats(there)))
+    np.testing.assert_allclose(again.q_a, solved.q_a, rtol=0, atol=1e-10)
+    units = np.asarray(unknown_scales(robot))
+    rows = jax.jit(lambda y: residual(robot, unravel(robot, y)))
+    begin, step = np.asarray(solved.y), 1e-5
+
+    def moved(k, by):
+        y = begin.copy()
+        if 9 <= k < 12:
+            turned = Rotation.from_rotvec(by * np.eye(3)[k - 9]) * Rotation.from_rotvec(y[9:12])
+            y[9:12] = turned.as_rotvec()
+        else:
+            y[k] += by * units[k]
+        return np.asarray(rows(y))
+
+    columns = [(moved(k, step) - moved(k, -step)) / (2.0 * step) for k in range(6, len(begin))]
+    sizes = np.linalg.svd(np.stack(columns, axis=1))[1]
+    for measures in (solved.measures, again.measures):
+        assert float(measures.sigma_t2) == pytest.approx(sizes[-1], rel=1e-5)
+        assert float(measures.condition) == pytest.approx(sizes[0] / sizes[-1], rel=1e-5)
+    assert float(again.measures.sigma_t2) == pytest.approx(
+        float(solved.measures.sigma_t2), rel=1e-9
+    )
+    assert float(again.measures.sign_t2) == float(solved.measures.sign_t2)
 
 
 def test_its_stiffness_is_symmetric(robot, solved):

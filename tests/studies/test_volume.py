@@ -47,6 +47,16 @@ def test_one_file_is_left_with_all_units(volume, folder):
             assert name in label and "(mm)" in label
 
 
+def test_a_cell_has_the_numbers_of_a_single_solve(robot, volume):
+    cell = volume.isel(z=1, y=0, x=0)
+    point = [float(cell[axis]) for axis in "xyz"]
+    alone = cpr.solve_inverse(robot, point, imposed=IMPOSED)
+    assert np.linalg.norm(alone.q_p[3:]) > 0.01, "or the platform is not tilted"
+    np.testing.assert_allclose(cell["q_p"], alone.q_p, rtol=0, atol=1e-8)
+    for name in ("sigma_t2", "energy"):
+        assert float(cell[name]) == pytest.approx(float(getattr(alone.measures, name)), rel=1e-6)
+
+
 def test_an_interrupted_volume_goes_on(robot, volume, tmp_path, monkeypatch):
     made = []
 
