@@ -12,7 +12,7 @@ from ..robots.robot import Robot
 from ..statics.linear import inverse, regular_inverse
 from ..statics.measures import motor_torques
 from ..statics.residual import residual
-from ..statics.turns import motion_jacobian
+from ..statics.turns import coordinate_jacobian, motion_jacobian
 from ..statics.unknowns import scales, unknown_scales, unravel
 from .parameters import Selection
 
@@ -54,7 +54,8 @@ def slopes_at(robot: Robot, y: Float[Array, " n_y"], selection: Selection, steps
     units = unknown_scales(robot)
     rho = selection.get(robot)
     n_a, n_p, d = robot.n_a, robot.n_p, robot.geometry.d
-    motion = motion_jacobian(robot, y[n_a : n_a + n_p])
+    q_p = y[n_a : n_a + n_p]
+    motion = motion_jacobian(robot, q_p)
 
     def equations(scaled, rho):
         varied = selection.set(robot, rho)
@@ -94,4 +95,4 @@ def slopes_at(robot: Robot, y: Float[Array, " n_y"], selection: Selection, steps
     stiffness = -(by_p[:n_p] + by_mu[:n_p] @ wrench_by_p)
     wrench_units = scales(robot).wrench(robot)[:n_p]
     stiffness = stiffness * wrench_units[:, None] / units[n_a : n_a + n_p]
-    return Slopes(answers, stiffness @ inverse(motion), rho, jnp.max(jnp.abs(R_0)))
+    return Slopes(answers, stiffness @ coordinate_jacobian(robot, q_p), rho, jnp.max(jnp.abs(R_0)))

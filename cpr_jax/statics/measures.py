@@ -10,10 +10,9 @@ from ..rods.equations import strain_energy_density, strains
 from ..rods.solver import Steps
 from .accuracy import errors_between
 from .energy import bows_of, integrated, total_energy
-from .linear import inverse
 from .residual import base_wrench, leg_base, residual
 from .singular_values import norm_2, smallest
-from .turns import has_rotation_vector, motion_jacobian
+from .turns import coordinate_jacobian, has_rotation_vector
 from .unknowns import row_scales, scales, unknown_scales, unravel
 
 
@@ -130,7 +129,7 @@ def measures_with(
     n_a, n_q = robot.n_a, robot.n_a + robot.n_p
     A_p = matrix[:, n_a:]
     if has_rotation_vector(robot):
-        by_motion = A_p[:, : robot.n_p] @ inverse(motion_jacobian(robot, y[n_a:n_q]))
+        by_motion = A_p[:, : robot.n_p] @ coordinate_jacobian(robot, y[n_a:n_q])
         A_p = A_p.at[:, : robot.n_p].set(by_motion)
     A_q = jnp.concatenate([matrix[:, :n_a], matrix[:, n_q:]], axis=1)
     if A_q.shape == A_p.shape:

@@ -1,10 +1,14 @@
-"""Small motions of the platform beside changes of its coordinates."""
+"""Small rotations of the platform beside changes of its rotation vector."""
 
-import jax
+from collections.abc import Callable
+
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..robots.robot import Robot
+
+# Below this squared angle the series are exact to rounding, and what they replace is not.
+_SMALL = 0.01
 
 
 def motion_jacobian(robot: Robot, q_p: Float[Array, " n_p"]) -> Float[Array, "n_p n_p"]:
@@ -13,18 +17,53 @@ def motion_jacobian(robot: Robot, q_p: Float[Array, " n_p"]) -> Float[Array, "n_
     The identity but for rotation vectors, whose changes turn the less the longer these are; at a
     full turn it is singular.
     """
-    geometry = robot.geometry
-    d = geometry.d
-    back = geometry.inverse(robot.orientation(q_p))
 
-    def turn(changed):
-        turned = geometry.compose(robot.orientation(changed), back)
-        return jnp.stack(geometry.log(turned))[: robot.n_p - d]
+    def factors(squared, angle):
+        sinc = jnp.sin(angle) / angle
+        return 2.0 * (jnp.sin(0.5 * angle) / angle) ** 2, (1.0 - sinc) / squared
 
-    turns = jax.jacfwd(turn)(q_p)[:, d:]
-    return jnp.eye(robot.n_p).at[d:, d:].set(turns)
+    series = (1 / 2, -1 / 24, 1 / 720, -1 / 40320), (1 / 6, -1 / 120, 1 / 5040, -1 / 362880)
+    return _along_vector(robot, q_p, 1.0, factors, series)
+
+
+def coordinate_jacobian(robot: Robot, q_p: Float[Array, " n_p"]) -> Float[Array, "n_p n_p"]:
+    """Changes of `q_p` per displacement and small rotation: the inverse of `motion_jacobian`."""
+
+    def factors(squared, angle):
+        half = 0.5 * angle
+        return jnp.full_like(half, 0.5), (1.0 - half / jnp.tan(half)) / squared
+
+    series = (1 / 2,), (1 / 12, 1 / 720, 1 / 30240, 1 / 1209600)
+    return _along_vector(robot, q_p, -1.0, factors, series)
 
 
 def has_rotation_vector(robot: Robot) -> bool:
     """Whether the platform has an orientation that does not change by small rotations alone."""
     return robot.oriented and robot.geometry.r > 1
+
+
+def _along_vector(robot: Robot, q_p, sign: float, factors: Callable, series) -> Array:
+    """`1 ± a [φ]× + b [φ]×²` in the place of rotations, by factors a and b of the angle of φ."""
+    jacobian = jnp.eye(robot.n_p)
+    if not has_rotation_vector(robot):
+        return jacobian
+    d = robot.geometry.d
+    vector = q_p[d:]
+    squared = jnp.sum(vector * vector)
+    small = squared < _SMALL
+    large = jnp.where(small, 1.0, squared)
+    a, b = (
+        jnp.where(small, _horner(terms, squared), factor)
+        for factor, terms in zip(factors(large, jnp.sqrt(large)), series, strict=True)
+    )
+    across = -sign * robot.geometry.spin(vector)
+    twice = vector[:, None] * vector - squared * jnp.eye(len(vector))
+    return jacobian.at[d:, d:].add(a * across + b * twice)
+
+
+def _horner(coefficients, x):
+    """A polynomial, its constant first."""
+    *others, total = coefficients
+    for coefficient in reversed(others):
+        total = coefficient + x * total
+    return total
