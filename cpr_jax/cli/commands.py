@@ -11,6 +11,7 @@ from ..analysis.ellipsoid import Ellipsoid, ellipsoid, linear_coverage
 from ..analysis.sensitivity import Sensitivity
 from ..analysis.sensitivity import sensitivity as analyse
 from ..analysis.slopes import Hold
+from ..analysis.stability import stability
 from ..errors import InputError
 from ..robots.robot import Robot
 from ..rods.integration import DEFAULT_STEPS
@@ -36,6 +37,7 @@ def solve(request: Request, as_json: bool) -> int:
         print(line)
     for i, torque in enumerate(np.asarray(equilibrium.motor_torques)):
         print(f"  tau{i + 1:<7} {torque: .9g} {'N m' if units[i] == 'rad' else 'N'}")
+    print(f"  {'energy':<10} {answer['energy']: .9g} J")
     for name in ("sigma_t1", "sigma_t2"):
         if answer[name] is not None:
             print(f"  {name:<10} {answer[name]:.3e}")
@@ -47,10 +49,12 @@ def sensitivity(request: Request, hold: str, as_json: bool) -> int:
     robot, equilibrium = solve_request(request, as_json, brief=True)
     steps = request.steps or DEFAULT_STEPS
     result = analyse(robot, equilibrium, request.parameters, request.delta, hold, steps)
+    index = _index(robot, equilibrium)
     if as_json:
         print_json(
             {
                 **describe(robot, equilibrium),
+                "stability_index": index,
                 "hold": hold,
                 "parameters": result.columns,
                 "parameter_units": result.column_units,
@@ -102,6 +106,7 @@ def monte_carlo(
     if out is not None and pathlib.Path(out).is_dir():
         raise InputError(f"Argument `--out` must be a file to write, but {out} is a folder.")
     robot, equilibrium = solve_request(request, as_json)
+    index = _index(robot, equilibrium)
     about = {
         "robot": robot.name,
         "seed": seed,
@@ -141,6 +146,7 @@ def monte_carlo(
     if as_json:
         print_json(
             {
+                "stability_index": index,
                 "coverage": result.coverage,
                 "coverage_interval": result.coverage_interval,
                 "linear_coverage": expected,
@@ -167,6 +173,19 @@ def monte_carlo(
     )
     _print_ellipsoids(robot, result.sensitivity)
     return 0
+
+
+def _index(robot: Robot, equilibrium: Equilibrium) -> int:
+    """Number of unstable directions with the motors held; says so where there are any."""
+    index = int(stability(robot, equilibrium).index)
+    if index > 0:
+        ways = "one direction" if index == 1 else f"{index} directions"
+        print(
+            f"{robot.name}: this equilibrium is unstable in {ways} with the motors held: the robot "
+            "does not stay here, and no ellipsoid is about where it goes",
+            file=sys.stderr,
+        )
+    return index
 
 
 def _bows(robot: Robot, equilibrium: Equilibrium) -> str:

@@ -1,6 +1,7 @@
 """Labels of a robot's parameters and of the components of its vectors."""
 
 import difflib
+import itertools
 import re
 from collections.abc import Sequence
 
@@ -65,6 +66,24 @@ def is_part_of(label: str, whole: str) -> bool:
         group = f"k_b|{whole}"
     of_a_leg = re.fullmatch(rf"(?:{group})\d*(?:_\d+)?", label) is not None
     return of_a_leg and re.fullmatch(r"[a-z]+(?:_[a-z\d])?", whole) is not None
+
+
+def check_labels(labels: Sequence[str], geometry: str, segments: Sequence[int], field: str) -> None:
+    """Refuses labels that name nothing, or a number beside one that stands for it too.
+
+    Paths to arrays of a robot are not looked at.
+
+    **Arguments:** as of `parameter_dimension`.
+    """
+    named = [label for label in labels if path_of(label) is None]
+    for label in named:
+        parameter_dimension(label, geometry, segments, field)
+    for one, other in itertools.permutations(named, 2):
+        if is_part_of(other, one):
+            raise InputError(
+                f"Argument `{field}` must leave {other!r} out beside {one!r}, which stands for all "
+                "legs."
+            )
 
 
 def segment_missing(label: str, leg: int, count: int, field: str) -> InputError:

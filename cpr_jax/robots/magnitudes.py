@@ -17,7 +17,8 @@ _FAR = 20.0
 _STRETCH = 1.01
 """How much longer than by its lengths a leg may be: rods stretch."""
 
-_MANY_TURNS = 4.0 * math.pi
+_TURN = 2.0 * math.pi * (1.0 + 1e-9)
+"""A rotation that is larger is hardly meant, nor is a motor that far from zero."""
 
 _METRES = "a number without a unit is in metres"
 
@@ -49,6 +50,11 @@ def magnitudes(robot: RobotSpecification) -> Iterator[str]:
                     f"{longest:g} m long: {_METRES}."
                 )
                 return
+    for i, leg in enumerate(robot.legs):
+        yield from _of_rotation(f"legs[{i}].base_rotation", leg.base_rotation)
+        yield from _of_rotation(f"legs[{i}].attachment_rotation", leg.attachment_rotation)
+        if leg.base_joint is not None:
+            yield from _of_rotation(f"legs[{i}].base_joint.rotation", leg.base_joint.rotation)
     if robot.home is not None:
         yield from _of_home(robot, robot.home, longest)
     yield from _of_ranges(robot)
@@ -71,11 +77,22 @@ def _of_home(robot: RobotSpecification, home: HomeSpecification, longest: float)
         return
     yield from _out_of_reach(robot, home)
     for j, (q, turns) in enumerate(zip(home.motors, robot.turning, strict=True)):
-        if turns and abs(q) > _MANY_TURNS:
-            yield (
-                f"Argument `home.motors[{j}]` is {q:g} rad, more than two turns: a number without "
-                "a unit is in radians."
-            )
+        if turns and abs(q) > _TURN:
+            yield _in_radians(f"home.motors[{j}]", q)
+    yield from _of_rotation("home.rotation", home.rotation)
+
+
+def _of_rotation(field: str, rotation: tuple[float, ...]) -> Iterator[str]:
+    angle = math.hypot(*rotation)
+    if angle > _TURN:
+        yield _in_radians(field, angle)
+
+
+def _in_radians(field: str, angle: float) -> str:
+    return (
+        f"Argument `{field}` is {angle:g} rad, more than a turn: a number without a unit is in "
+        "radians."
+    )
 
 
 def _out_of_reach(robot: RobotSpecification, home: HomeSpecification) -> Iterator[str]:

@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections import OrderedDict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import equinox as eqx
@@ -14,6 +14,7 @@ from ..checks import check_finite, check_kind, check_positive, check_shape, chec
 from ..errors import InputError, shown
 from ..geometry import AbstractGeometry, Components, Numbers, floats, namespace, unchanged
 from .joint import Joint
+from .labels import check_labels
 from .leg import Leg
 from .stacking import stack, turns_any
 
@@ -195,6 +196,7 @@ def make_robot(
         check_finite(f"uncertainty[{label!r}]", half_range)
     check_finite("transmission", ways)
     stacked = stack(legs)
+    _check_labels(uncertainty or {}, geometry, legs)
     for place, leaf in jax.tree_util.tree_leaves_with_path(stacked):
         check_finite(f"legs{jax.tree_util.keystr(place)}", leaf)
     further = stacked.rod.further
@@ -230,6 +232,15 @@ def make_robot(
         name=name,
         loads=_point_loads(loads) if len(loads) else None,
     )
+
+
+def _check_labels(labels: Iterable[str], geometry: AbstractGeometry, legs: Sequence[Leg]) -> None:
+    """Refuses half ranges of what the robot does not have."""
+    further = [leg.rod.further for leg in legs]
+    lengths = [() if each is None else each.length for each in further]
+    if not any(isinstance(each, jax.core.Tracer) for each in lengths):
+        segments = [1 + int(np.count_nonzero(np.asarray(each))) for each in lengths]
+        check_labels(list(labels), geometry.name, segments, "uncertainty")
 
 
 def _check_round(joint: Joint, d: int, leg: int) -> None:

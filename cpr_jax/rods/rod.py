@@ -126,6 +126,8 @@ def section_rod(
     - `gravity`: acceleration in world axes, m/s², shape `(d,)`; the rod then carries its weight
         `density area gravity`, for which the material must have a density.
     """
+    check_kind("section", section, Section, "a Section, such as `circle(radius)`")
+    check_kind("material", material, Material, "a Material")
     check_positive("material.E", material.E)
     check_positive("section.area", section.area)
     curvature, strain = section.compliances(geometry, material)

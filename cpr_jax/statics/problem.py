@@ -70,7 +70,9 @@ def imposed_coordinates(robot: Robot, names: Sequence[str] | None = None) -> tup
             f"Argument `imposed` must be given for {robot.name}, since its {n_a} motors cannot "
             f"impose {n_p} platform coordinates: {advice}."
         )
-    if isinstance(names, str) or len(names) != n_a or len(set(names)) != n_a:
+    if isinstance(names, str):
+        raise InputError(f"Argument `imposed` must be a list of names, but it is {names!r}.")
+    if len(names) != n_a or len(set(names)) != n_a:
         raise InputError(
             f"Argument `imposed` must name {n_a} different coordinates of {robot.name} {choice}, "
             f"one for each motor, but it names {', '.join(map(str, names)) or 'none'}."

@@ -9,6 +9,10 @@ from jaxtyping import Bool, Float
 from ..geometry import namespace
 from ..robots.robot import Robot
 from ..rods.segments import first_length
+from .unknowns import scales
+
+_FAR = 30.0
+"""Rod lengths from which a position looks like one in millimetres."""
 
 
 def reaches(robot: Robot) -> Float[np.ndarray, " n"]:
@@ -32,6 +36,14 @@ def reaches(robot: Robot) -> Float[np.ndarray, " n"]:
             limited &= np.all(beyond == 0.0, axis=(-2, -1))
     limited &= np.all(np.asarray(legs.joint.free)[:, :d] == 0.0, axis=1)
     return np.where(limited, reach, np.inf)
+
+
+def hardly_metres(robot: Robot, positions: Float[np.ndarray, "*k"]) -> str:
+    """A sentence on positions that are too far away to be in metres, or nothing."""
+    length = float(scales(robot).length)
+    if np.any(np.abs(positions) > _FAR * length):
+        return f"Positions are in metres, which these hardly are: its rods are {length:.3g} m long."
+    return ""
 
 
 def out_of_reach(

@@ -19,7 +19,7 @@ from .equilibrium import Equilibrium, check_fits, polish
 from .nearest import nearest_turn
 from .neighbour import from_neighbour
 from .problem import forward_rows, imposed_coordinates, imposed_rows
-from .reach import out_of_reach
+from .reach import hardly_metres, out_of_reach
 from .search import from_home_at_random, search
 from .solve_ahead import compile_polish
 from .status import SolveError, Status
@@ -28,9 +28,6 @@ from .ways import detours
 
 _MANY_TURNS = 4.0 * np.pi
 """Angles beyond which a motor position looks like one in degrees."""
-
-_FAR = 30.0
-"""Rod lengths from which a position looks like one in millimetres."""
 
 
 def solve_inverse(
@@ -152,9 +149,8 @@ def _hint(robot, imposed, target, guess, status) -> str:
     turning = np.asarray(scales(robot).motors(robot)) == 1.0
     if np.any(angles[turning] > _MANY_TURNS):
         return "Angles of motors are in radians, which these hardly are."
-    length = float(scales(robot).length)
-    if status == Status.OUT_OF_REACH and np.any(positions[: robot.geometry.d] > _FAR * length):
-        return f"Positions are in metres, which these hardly are: its rods are {length:.3g} m long."
+    if status == Status.OUT_OF_REACH:
+        return hardly_metres(robot, positions[: robot.geometry.d])
     return ""
 
 

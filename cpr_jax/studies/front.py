@@ -10,7 +10,7 @@ from scipy.ndimage import distance_transform_edt
 from ..errors import InputError
 from ..statics.advance import Nearby
 from ..statics.continuation import DEVIATION
-from ..statics.reach import used_up
+from ..statics.reach import hardly_metres, used_up
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales
 from .follower import Follower
@@ -91,9 +91,14 @@ class Front:
         self._put(np.array([place]), found, found.status == Status.SOLVED)
         if not self.solved[place]:
             status = Status.OUT_OF_REACH if self.gone[place] else Status(int(found.status[0]))
+            robot = self.follower.robot
+            positions = np.array(self.grid.axes) - robot.n_a
+            straight = (positions >= 0) & (positions < robot.geometry.d)
+            hint = hardly_metres(robot, self.grid.box[:, straight])
             raise SeedApart(
-                "Argument `seed` must lie beside the grid, but the branch does not reach its "
-                f"nearest cell {goal.tolist()}: {status.message}."
+                "Argument `box` must lie beside the seed, by default the home of the robot, but "
+                f"the branch does not reach its nearest cell {goal.tolist()}: {status.message}."
+                + (f" {hint}" if hint else "")
             )
         self.sign = float(found.sign[0])
         return place

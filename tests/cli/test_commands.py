@@ -90,6 +90,15 @@ def test_sensitivity(capsys):
     assert np.shape(answer["platform_stiffness"]) == np.shape(answer["directions"]) == (2, 2)
 
 
+def test_an_unstable_equilibrium_is_told_of(capsys):
+    """Where rods of the paper's robot have buckled; at home they have not."""
+    code, out, err = run(capsys, "sensitivity", "rfrfr", "--point", "50mm", "10mm", "--json")
+    assert code == 0 and json.loads(out)["stability_index"] == 1
+    assert "unstable in one direction" in err
+    _, out, err = run(capsys, "sensitivity", "rfrfr", "--point", "0", "0.2", "--json")
+    assert json.loads(out)["stability_index"] == 0 and err == ""
+
+
 def test_sensitivity_with_the_platform_held_is_that_of_the_motors(capsys):
     held = "sensitivity", "rfrfr", "--point", "50mm", "0.15", "--hold", "platform"
     code, out, _ = run(capsys, *held, "--json")

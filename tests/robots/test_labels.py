@@ -69,6 +69,22 @@ def test_what_stands_for_all_legs_is_told_from_its_label(geometry: AbstractGeome
             assert (is_part_of(label, whole) or is_part_of(whole, label)) == same, (whole, label)
 
 
+@pytest.mark.parametrize(
+    ("labels", "text"),
+    [
+        (("kb1",), r"`uncertainty` .* 'kb1' is none; did you mean 'k_b1'"),
+        (("l7",), r"`uncertainty` .* 2 legs .* 'l7' is none"),
+        (("l1", "l"), r"`uncertainty` must leave 'l1' out beside 'l'"),
+    ],
+)
+def test_a_robot_made_in_python_has_half_ranges_of_what_it_has(labels, text) -> None:
+    rod = kirchhoff_rod(PLANE, 0.25, 0.02)
+    legs = [make_leg(PLANE, (y, 0.0), rod) for y in (-0.1, 0.1)]
+    with pytest.raises(InputError, match=text):
+        make_robot(PLANE, legs, oriented=False, uncertainty=dict.fromkeys(labels, 1e-3))
+    make_robot(PLANE, legs, oriented=False, uncertainty={"l1": 1e-3, "legs.a[0, 0]": 1e-3})
+
+
 def test_a_file_names_no_number_twice() -> None:
     document = tomllib.loads(DOCUMENTS["point"])
     document["uncertainty"] |= {"k_b": 1e-3}

@@ -41,7 +41,17 @@ def test_good_files_raise_no_suspicion_of_their_sizes(name):
             changed("home", "position", value=[0, 0.5]),
             "`home.position` is 0.509902 m from the motor of `legs[0]`, which reaches 0.25 m",
         ),
-        (changed("home", "motors", value=[154, 25]), "`home.motors[0]` is 154 rad, more than two"),
+        (changed("home", "motors", value=[154, 25]), "`home.motors[0]` is 154 rad, more than a"),
+        (changed("home", "motors", value=[2.6, -8.6]), "`home.motors[1]` is -8.6 rad, more than"),
+        (
+            changed("legs", 1, "base_rotation", value=90, name="body"),
+            "`legs[1].base_rotation` is 90 rad, more than a turn",
+        ),
+        (
+            changed("legs", 1, "attachment_rotation", value=-45, name="body"),
+            "`legs[1].attachment_rotation` is 45 rad",
+        ),
+        (changed("home", "rotation", value=10, name="body"), "`home.rotation` is 10 rad"),
         (
             changed("uncertainty", "k_b1", value=4.73),
             "`uncertainty.k_b1` is 4.73 in SI units, more",

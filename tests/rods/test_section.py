@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy.integrate
 
+from cpr_jax.errors import InputError
 from cpr_jax.geometry import PLANE, SPACE
 from cpr_jax.rods.rod import kirchhoff_rod, section_rod
 from cpr_jax.rods.section import Material, circle, rectangle
@@ -85,6 +86,14 @@ def test_a_rod_from_a_section_carries_its_weight():
     rod = section_rod(SPACE, 0.5, section, material, gravity=(0.0, 0.0, -9.81))
     np.testing.assert_allclose(rod.force, [0.0, 0.0, -9.81 * 8000.0 * np.pi * 1e-6])
     assert rod.strain_compliance is None and rod.moment is None
+
+
+def test_arguments_in_the_wrong_order_are_named():
+    section, material = circle(1e-3), Material(E=2e9, nu=0.3)
+    with pytest.raises(InputError, match="`section` must be a Section, such as"):
+        section_rod(SPACE, 0.25, material, section)
+    with pytest.raises(InputError, match="`material` must be a Material"):
+        section_rod(SPACE, 0.25, section, 2e9)
 
 
 def test_only_an_extensible_rod_has_a_strain_compliance():

@@ -89,6 +89,11 @@ def test_an_inverse_problem_needs_a_motor_for_each_coordinate():
         solve_inverse(robot, (0.0, 0.0))
 
 
+def test_names_of_coordinates_are_a_list(paper):
+    with pytest.raises(InputError, match="`imposed` must be a list of names, but it is 'yz'"):
+        solve_inverse(paper, (0.0, 0.2), imposed="yz")
+
+
 def test_a_robot_without_home_cannot_be_searched_in_a_transformation(paper):
     robot = dataclasses.replace(paper, home=None)
     with pytest.raises(InputError, match="`robot` must have a home"):

@@ -220,6 +220,11 @@ def test_mistakes_are_named(robot, options, field):
         workspace_map(robot, **options)
 
 
+def test_a_box_in_millimetres_is_named(robot):
+    with pytest.raises(InputError, match=r"`box` must lie beside the seed.* hardly are"):
+        workspace_map(robot, spacing=10.0, box=((0.0, 0.0), (100.0, 200.0)))
+
+
 def test_what_a_cell_is_does_not_depend_on_its_neighbours(robot, mapped):
     """Steep ways between coarse cells are followed as well as those between fine ones."""
     finer = workspace_map(robot, spacing=SPACING / 2)
