@@ -33,8 +33,6 @@ def check_positive(name: str, value: Any, or_zero: bool = False) -> None:
         numbers = np.asarray(value, float)
     except (TypeError, ValueError):
         expected, numbers = "be a number", np.array(np.nan)
-    if np.any(np.isnan(numbers)):
-        expected = "be a number"
     if np.any(np.isnan(numbers) | (numbers < 0.0)) or (not or_zero and np.any(numbers == 0.0)):
         raise InputError(f"Argument `{name}` must {expected}, but it is {shown(value)}.")
 

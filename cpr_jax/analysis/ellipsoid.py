@@ -110,7 +110,7 @@ def ellipsoid(sensitivity: Sensitivity, rows: str | Sequence[str] = "p_P") -> El
     - `rows`: labels of the states, see `Sensitivity.rows`; `"p_P"` stands for all its axes, and
         `"turn_P"` for the orientation of a body, as small rotations about the world axes, rad.
     """
-    if rows == "turn_P":
+    if isinstance(rows, str) and rows == "turn_P":
         turns = sensitivity.Pi_turn
         if len(turns) == 0:
             raise InputError(

@@ -33,11 +33,14 @@ def trajectory(request: Request, options: PathRequest, as_json: bool) -> int:
     matplotlib.use("Agg")
     robot = load(request.robot)
     out = pathlib.Path(options.out)
-    waypoints = options.waypoints if options.plan is None else planned(robot, options)
+    waypoints, seed = np.asarray(options.waypoints), None
+    if options.plan is not None:
+        waypoints, seed = planned(robot, options)
     try:
         dataset = follow(
             robot,
             waypoints,
+            seed,
             imposed=request.imposed,
             spacing=options.spacing,
             parameters=request.parameters,

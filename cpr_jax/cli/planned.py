@@ -9,7 +9,9 @@ import xarray as xr
 
 from ..errors import InputError, shown
 from ..robots.robot import Robot
+from ..statics.equilibrium import Equilibrium
 from ..statics.status import SolveError
+from ..studies.equilibria import equilibrium_at
 from ..studies.parts import digest
 from ..studies.planning import plan_path
 from .path_inputs import PathRequest
@@ -18,8 +20,9 @@ from .session import NoSolution
 _ALIKE = 1e-9
 
 
-def planned(robot: Robot, options: PathRequest) -> np.ndarray:
-    """Waypoints between those of the options, on the map in the folder `options.plan`.
+def planned(robot: Robot, options: PathRequest) -> tuple[np.ndarray, Equilibrium]:
+    """Waypoints between those of the options, on the map in the folder `options.plan`, and where
+    their path begins: the map may be of another branch than that of the home.
 
     **Raises:** `InputError` for what is no map of the robot and of the coordinates of the
     waypoints; `NoSolution` where no path leads from one waypoint to the next.
@@ -52,7 +55,12 @@ def planned(robot: Robot, options: PathRequest) -> np.ndarray:
                     f"{dataset.attrs['held']} in SI units, but a waypoint is {end.tolist()}."
                 )
         corners.append(points[1:])
-    return np.concatenate(corners)
+    first = dict(
+        zip((str(name) for name in dataset["status"].dims), waypoints[0][axes], strict=True)
+    )
+    cell = dataset.sel(first, method="nearest")
+    y = np.concatenate([np.ravel(cell[name].values) for name in ("q_a", "q_p", "mu")])
+    return np.concatenate(corners), equilibrium_at(robot, y, "map")
 
 
 def _map_in(folder: str, robot: Robot) -> xr.Dataset:

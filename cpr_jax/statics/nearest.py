@@ -21,6 +21,9 @@ def nearest_turn(
     first = robot.n_a + robot.geometry.d
     vector, start = xp.asarray(target)[first:], xp.asarray(q_p)[robot.geometry.d :]
     angle = xp.sqrt(xp.sum(vector**2))
-    axis = vector / xp.where(angle > 0.0, angle, 1.0)
+    # No turn at all is one about any axis: that of the start leads to the nearest.
+    away = xp.sqrt(xp.sum(start**2))
+    along = start / xp.where(away > 0.0, away, 1.0)
+    axis = xp.where(angle > 0.0, vector / xp.where(angle > 0.0, angle, 1.0), along)
     whole = 2.0 * np.pi * xp.round((xp.sum(axis * start) - angle) / (2.0 * np.pi))
     return xp.asarray(target) + xp.concatenate([np.zeros(first), whole * axis])

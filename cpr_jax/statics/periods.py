@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..robots.robot import Robot
-from .unknowns import scales
+from .unknowns import scales, slides
 
 _MOST = 64
 """Turns of the slowest leg within which several legs of one motor must come back together."""
@@ -42,4 +42,6 @@ def motor_spans(robot: Robot) -> Float[np.ndarray, " n_a"]:
     """How far to either side of zero motors are searched: half a period where there is one, else
     half a turn, or half a rod length where they slide; rad or m."""
     units, periods = np.asarray(scales(robot).motors(robot)), motor_periods(robot)
-    return np.where(np.isfinite(periods), periods / 2.0, np.where(units == 1.0, np.pi, units / 2.0))
+    return np.where(
+        np.isfinite(periods), periods / 2.0, np.where(slides(robot), units / 2.0, np.pi)
+    )

@@ -77,7 +77,13 @@ def imposed_coordinates(robot: Robot, names: Sequence[str] | None = None) -> tup
             f"Argument `imposed` must name {n_a} different coordinates of {robot.name} {choice}, "
             f"one for each motor, but it names {', '.join(map(str, names)) or 'none'}."
         )
-    return coordinate_places(robot, names)
+    places = coordinate_places(robot, names)
+    if len(set(places)) != n_a:
+        raise InputError(
+            f"Argument `imposed` must name {n_a} different coordinates of {robot.name}, but two of "
+            f"{', '.join(map(str, names))} are the same."
+        )
+    return places
 
 
 def coordinate_places(

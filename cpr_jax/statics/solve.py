@@ -23,7 +23,7 @@ from .reach import hardly_metres, out_of_reach
 from .search import from_home_at_random, search
 from .solve_ahead import compile_polish
 from .status import SolveError, Status
-from .unknowns import scales
+from .unknowns import slides
 from .ways import detours
 
 _MANY_TURNS = 4.0 * np.pi
@@ -146,8 +146,7 @@ def _hint(robot, imposed, target, guess, status) -> str:
         return f"Its `guess` is not solved itself: {Status(int(guess.status)).name}."
     given = np.abs(np.where(np.any(np.asarray(imposed) != 0.0, axis=0), np.asarray(target), 0.0))
     angles, positions = np.split(given, [robot.n_a])
-    turning = np.asarray(scales(robot).motors(robot)) == 1.0
-    if np.any(angles[turning] > _MANY_TURNS):
+    if np.any(angles[~slides(robot)] > _MANY_TURNS):
         return "Angles of motors are in radians, which these hardly are."
     if status == Status.OUT_OF_REACH:
         return hardly_metres(robot, positions[: robot.geometry.d])

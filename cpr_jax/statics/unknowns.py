@@ -5,7 +5,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from ..geometry import floats, namespace
 from ..robots.robot import Robot
@@ -163,13 +163,14 @@ def _leg_names(robot: Robot) -> list[list[str]]:
 def unknown_units(robot: Robot) -> tuple[str, ...]:
     """SI unit of each entry of the flat y."""
     geometry = robot.geometry
-    sliding = [bool(u) for u in _slides(robot)]
+    sliding = [bool(u) for u in slides(robot)]
     pose = ["m"] * geometry.d + ["rad"] * geometry.r
     wrenches = [_UNITS[name] for names in _leg_names(robot) for name in names]
-    motors = ["m" if slides else "rad" for slides in sliding]
+    motors = ["m" if each else "rad" for each in sliding]
     return (*motors, *pose[: robot.n_p], *wrenches)
 
 
-def _slides(robot: Robot):
+def slides(robot: Robot) -> Bool[np.ndarray, " n_a"]:
+    """Which motors are measured in metres."""
     marker = Scales(floats(2.0), floats(1.0))
     return np.asarray(marker.motors(robot)) == 2.0

@@ -25,6 +25,9 @@ from ..statics.unknowns import unknown_scales
 _FARTHEST = 0.3
 """Largest change of an unknown in one step, dimensionless; larger ones are halved."""
 
+_BACK = 1e-4
+"""How far from where it came from, in dimensionless unknowns, a step back may end."""
+
 _CLOSE = 1e-8
 """Largest residual of what is followed: rods pulled taut leave more rounding than a solve accepts,
 and the number of unstable directions bears it."""
@@ -118,6 +121,17 @@ def critical_value(
         ends.append(bool(gone))
         return (y, int(index)) if good and not gone else None
 
+    def look_ahead(value: float):
+        """Where the branch leads: what does not lead back lies on another one, behind a fold."""
+        found = look(value, y)
+        if found is None:
+            return None
+        back = look(low, found[0])
+        ends[-1] = False
+        if back is None or np.max(np.abs(back[0] - y) / units) > _BACK:
+            return None
+        return found
+
     found = look(start, equilibrium.y)
     if found is None:
         raise InputError("Argument `equilibrium` must be an equilibrium of `robot`.")
@@ -136,7 +150,7 @@ def critical_value(
     while (stop - low) * np.sign(span) > least:
         looks += 1
         high = low + step if (stop - low - step) * np.sign(span) > 0.0 else stop
-        found = look(high, y)
+        found = look_ahead(high)
         if found is None:
             step *= 0.5
             if abs(step) >= least and looks <= points + _MOST:

@@ -69,13 +69,18 @@ class AllEquilibria(NamedTuple):
 
     def equilibrium(self, robot: Robot, k: int, steps: int = DEFAULT_STEPS) -> Equilibrium:
         """The k-th as an `Equilibrium`, to start a map, a sensitivity or a study from."""
-        imposed = inverse_rows(robot) if robot.n_a == robot.n_p else forward_rows(robot)
-        y = jnp.asarray(self.y[k])
-        here = y[: robot.n_a + robot.n_p]
-        solved = np.asarray(int(Status.SOLVED))
-        return polish(
-            robot.unnamed, imposed, here, y, solved, np.asarray(np.inf), "search", np.asarray(steps)
-        )
+        return equilibrium_at(robot, self.y[k], "search", steps)
+
+
+def equilibrium_at(
+    robot: Robot, y: Float[np.ndarray, " n_y"], branch: str, steps: int = DEFAULT_STEPS
+) -> Equilibrium:
+    """The `Equilibrium` with unknowns that are known, SI units."""
+    imposed = inverse_rows(robot) if robot.n_a == robot.n_p else forward_rows(robot)
+    here = jnp.asarray(y)[: robot.n_a + robot.n_p]
+    solved, any_error = np.asarray(int(Status.SOLVED)), np.asarray(np.inf)
+    scheme = np.asarray(steps)
+    return polish(robot.unnamed, imposed, here, jnp.asarray(y), solved, any_error, branch, scheme)
 
 
 def find_equilibria(

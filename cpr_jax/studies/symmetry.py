@@ -12,6 +12,7 @@ from ..geometry import floats
 from ..programs import program
 from ..robots.robot import Robot
 from ..statics.equilibrium import Equilibrium, base_wrenches
+from ..statics.measures import motor_torques
 from ..statics.problem import forward_rows
 from ..statics.status import Status
 from ..statics.unknowns import unknown_scales, unravel
@@ -75,7 +76,8 @@ def is_mirror_symmetric(
     if np.any(np.asarray(found.status) != Status.SOLVED):
         return False
     y = np.asarray(found.y)[:2] * units
-    right, left = np.asarray(_wrenches(robot, y))
+    wrenches, torques = map(np.asarray, _forces(robot, y))
+    right, left = wrenches
     moved = [part[n_a : n_a + robot.n_p] / units[n_a : n_a + robot.n_p] for part in y]
     pose = np.concatenate([vectors, turns])[: robot.n_p]
     if np.max(np.abs(moved[1] * pose - moved[0])) > _ALIKE:
@@ -88,6 +90,10 @@ def is_mirror_symmetric(
         if min(gaps) > _ALIKE * size:
             return False
         twins.append(free.pop(int(np.argmin(gaps))))
+    # Motors behind unequal gears are none.
+    efforts = np.sort(np.abs(torques), axis=1)
+    if np.max(np.abs(efforts[1] - efforts[0])) > _ALIKE * max(size, np.max(efforts)):
+        return False
     if limits is not None:
         motors = np.sort([part[:n_a] / units[:n_a] for part in y], axis=1)
         if limits.motors is not None and np.max(np.abs(motors[1] - motors[0])) > _ALIKE:
@@ -161,5 +167,12 @@ def _varied(robot: Robot, selection: Selection, rho: Float[Array, " n_rho"]) -> 
 
 
 @program
-def _wrenches(robot: Robot, ys: Float[Array, "ways n_y"]) -> Float[Array, "ways n freedoms"]:
-    return jax.vmap(lambda y: base_wrenches(robot, unravel(robot, y)))(ys)
+def _forces(
+    robot: Robot, ys: Float[Array, "ways n_y"]
+) -> tuple[Float[Array, "ways n freedoms"], Float[Array, "ways n_a"]]:
+    """Base wrenches and motor torques."""
+
+    def one(y):
+        return base_wrenches(robot, unravel(robot, y)), motor_torques(robot, y)
+
+    return jax.vmap(one)(ys)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ..checks import check_kind
 from ..errors import InputError, shown
 from ..plain import plain
 from ..robots.robot import Robot
@@ -19,6 +20,7 @@ from ..statics.solve import solve_inverse
 from ..statics.status import Status
 from ..statics.unknowns import unknown_units
 from .front import SeedApart
+from .limits import Limits
 from .parts import digest, refuse_unfinished
 from .results import load_finished, save_dataset
 from .versions import versions
@@ -56,8 +58,12 @@ def workspace_volume(
 
     **Raises:** `ValueError` for a bad argument; `SolveError` where the home has no solution.
     """
-    values = np.asarray(heights, float)
-    if values.ndim != 1 or len(values) == 0 or not np.all(np.diff(values) > 0.0):
+    try:
+        values = np.asarray(heights, float)
+    except (TypeError, ValueError):
+        values = np.empty(0)
+    finite = values.ndim == 1 and len(values) > 0 and np.all(np.isfinite(values))
+    if not finite or not np.all(np.diff(values) > 0.0):
         raise InputError(
             f"Argument `heights` must be ascending numbers, but it is {shown(heights)}."
         )
@@ -86,6 +92,9 @@ def workspace_volume(
             )
         home = np.concatenate([robot.home.q_a, robot.home.q_p])
         seed = solve_inverse(robot, home[list(places)], imposed=imposed)
+    limits = options.get("limits")
+    if limits is not None:
+        check_kind("limits", limits, Limits, "`Limits`")
     check_fits("seed", seed, robot)
     check_solved("seed", seed)
     configuration = _configuration(robot, seed, values, names, places, options)

@@ -150,6 +150,23 @@ def test_a_way_is_planned_on_a_map(capsys, tmp_path, mapped):
     assert answers["around"]["length"] == pytest.approx(way.length)
 
 
+def test_a_plan_begins_on_the_branch_of_its_map(capsys, tmp_path):
+    """That map is of an elbow the other way than at home."""
+    robot, folder = cpr.rfrfr(), str(tmp_path / "map")
+    q_a = (-0.52601294, 1.04145282)
+    seed = cpr.solve_forward(robot, q_a)
+    box = ((-0.02, 0.16), (0.08, 0.22))
+    cells = cpr.workspace_map(robot, seed, spacing=0.02, box=box, out=folder)
+    path = str(tmp_path / "path")
+    ways = "--via", "0", "200mm", "--via", "60mm", "180mm", "--spacing", "20mm"
+    code, _, err = run(capsys, "trajectory", "rfrfr", *ways, "--plan", folder, "--out", path)
+    assert code == 0, err
+    with xr.open_dataset(tmp_path / "path" / "trajectory.nc", engine="h5netcdf") as dataset:
+        first = dataset["q_a"].values[0]
+    cell = cells["q_a"].sel(y=0.0, z=0.2, method="nearest")
+    assert np.max(np.abs(first - cell)) < 0.05
+
+
 TURNING = ("--imposed", "q1,q2", "--via", "0", "1", "--via", "1", "2")
 
 

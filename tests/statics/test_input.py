@@ -92,6 +92,8 @@ def test_an_inverse_problem_needs_a_motor_for_each_coordinate():
 def test_names_of_coordinates_are_a_list(paper):
     with pytest.raises(InputError, match="`imposed` must be a list of names, but it is 'yz'"):
         solve_inverse(paper, (0.0, 0.2), imposed="yz")
+    with pytest.raises(InputError, match=r"`imposed` must name 2 different .* are the same"):
+        solve_inverse(paper, (0.0, 0.2), imposed=("y", "p_P_y"))
 
 
 def test_a_robot_without_home_cannot_be_searched_in_a_transformation(paper):

@@ -71,3 +71,12 @@ def test_legs_of_one_motor_come_back_together():
 def test_what_never_comes_back_has_no_period(robot):
     assert np.all(np.isinf(motor_periods(robot)))
     assert np.all(np.isfinite(motor_spans(robot)))
+
+
+def test_sliders_are_searched_over_half_a_rod_whatever_its_length():
+    """Also over that of rods of exactly a metre, which is the unit of angles, too."""
+    robot = cpr.three_pfr()
+    for length in (1.0, 1.5):
+        rods = dataclasses.replace(robot.legs.rod, length=jnp.full(3, length))
+        longer = dataclasses.replace(robot, legs=dataclasses.replace(robot.legs, rod=rods))
+        np.testing.assert_allclose(motor_spans(longer), length / 2.0)

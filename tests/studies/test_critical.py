@@ -14,7 +14,7 @@ from cpr_jax.errors import InputError
 from cpr_jax.robots.catalogue import rfrfr_straight
 from cpr_jax.statics.measures import measure
 from cpr_jax.statics.solve import solve_inverse
-from cpr_jax.statics.status import SolveError
+from cpr_jax.statics.status import SolveError, Status
 from cpr_jax.studies.critical import critical_value
 from cpr_jax.studies.paper_samples import POINTS
 from tests.statics.common import with_stiffness
@@ -44,6 +44,33 @@ def test_two_legs_buckle_together(compressed):
     assert found.value == pytest.approx(-CASE["critical_downward_force_N"], rel=1e-6)
     assert (found.before, found.after) == (0, 2)
     np.testing.assert_allclose(found.y[:4], [*equilibrium.q_a, *equilibrium.q_p], atol=1e-9)
+
+
+@pytest.mark.parametrize("eps", [2e-5, 5e-6])
+def test_a_fold_is_not_jumped(eps):
+    """A clamped column that is buckled against its slight precurvature, as its load falls: there
+    it folds back `3/2 (c eps)^(2/3)` above Euler's load. Beyond, only the other side is left."""
+
+    def column(load):
+        rod = cpr.kirchhoff_rod(cpr.PLANE, 1.0, 1.0, eps)
+        ways = {"joint": cpr.pivot(cpr.PLANE), "base_rotation": np.pi / 2.0}
+        leg = cpr.make_leg(cpr.PLANE, (0.0, 0.0), rod, **ways)
+        return cpr.make_robot(cpr.PLANE, [leg], oriented=False, f_P=(0.0, -load))
+
+    robot = column(2.6)
+    every = cpr.find_equilibria(robot, q_a=[0.0], starts=256)
+    sides = [k for k in range(len(every.y)) if every.unstable[k] == 0 and every.y[k][1] > 0.0]
+    start = every.equilibrium(robot, sides[0])
+    found = critical_value(robot, start, "f_P_z", -1.0)
+    assert (found.before, found.after) == (0, -1)
+    here, last = start, 2.6
+    while last > 2.4:
+        ahead = cpr.solve_forward(column(last - 5e-4), (0.0,), guess=here, throw=False)
+        if int(ahead.status) != Status.SOLVED:
+            break
+        here, last = ahead, last - 5e-4
+    assert last - 5e-4 <= -found.value <= last
+    assert found.y[1] > 0.0
 
 
 def test_nothing_happens_before_the_load(compressed):

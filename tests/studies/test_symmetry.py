@@ -1,5 +1,7 @@
 """Robots that are their own mirror images, and others that only look like it."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -98,6 +100,16 @@ def test_other_axes_than_the_mirrors(body):
 )
 def test_ranges_are_mirrored_too(body, delta, symmetric):
     assert judged(body, delta=delta) == symmetric
+
+
+def test_gears_are_mirrored_too():
+    """Behind a gear a motor has another position and another torque."""
+    robot = cpr.rfrfr()
+    assert judged(robot)
+    screw = robot.legs.screw.at[1].multiply(2.0)
+    home = dataclasses.replace(robot.home, q_a=robot.home.q_a.at[1].divide(2.0))
+    legs = dataclasses.replace(robot.legs, screw=screw)
+    assert not judged(dataclasses.replace(robot, legs=legs, home=home))
 
 
 def test_limits_of_motors_are_mirrored_where_motors_are(body):

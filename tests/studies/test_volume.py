@@ -153,6 +153,11 @@ def test_a_slice_out_of_reach_says_so(volume):
 def test_bad_input(robot):
     with pytest.raises(ValueError, match="`heights` must be ascending"):
         cpr.workspace_volume(robot, [0.3, 0.2], imposed=IMPOSED, box=BOX)
+    for heights in ([np.nan], "ab"):
+        with pytest.raises(ValueError, match="`heights` must be ascending"):
+            cpr.workspace_volume(robot, heights, imposed=IMPOSED, box=BOX)
+    with pytest.raises(ValueError, match="`limits` must be"):
+        cpr.workspace_volume(robot, [0.3], imposed=IMPOSED, box=BOX, limits={"torque": 1})
     with pytest.raises(ValueError, match="`box` must be given"):
         cpr.workspace_volume(robot, [0.3], imposed=IMPOSED)
     with pytest.raises(ValueError, match="`imposed` must contain the third axis"):
