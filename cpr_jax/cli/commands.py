@@ -49,7 +49,7 @@ def sensitivity(request: Request, hold: str, as_json: bool) -> int:
     robot, equilibrium = solve_request(request, as_json, brief=True)
     steps = request.steps or DEFAULT_STEPS
     result = analyse(robot, equilibrium, request.parameters, request.delta, hold, steps)
-    index = _index(robot, equilibrium)
+    index = _index(robot, equilibrium, steps)
     if as_json:
         print_json(
             {
@@ -106,7 +106,7 @@ def monte_carlo(
     if out is not None and pathlib.Path(out).is_dir():
         raise InputError(f"Argument `--out` must be a file to write, but {out} is a folder.")
     robot, equilibrium = solve_request(request, as_json)
-    index = _index(robot, equilibrium)
+    index = _index(robot, equilibrium, request.steps or DEFAULT_STEPS)
     about = {
         "robot": robot.name,
         "seed": seed,
@@ -175,9 +175,9 @@ def monte_carlo(
     return 0
 
 
-def _index(robot: Robot, equilibrium: Equilibrium) -> int:
+def _index(robot: Robot, equilibrium: Equilibrium, steps: int) -> int:
     """Number of unstable directions with the motors held; says so where there are any."""
-    index = int(stability(robot, equilibrium).index)
+    index = int(stability(robot, equilibrium, steps).index)
     if index > 0:
         ways = "one direction" if index == 1 else f"{index} directions"
         print(

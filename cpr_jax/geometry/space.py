@@ -79,8 +79,8 @@ class Space(AbstractGeometry):
         squared = xp.sum(turn * turn, axis=0)
         small = squared < _SMALL
         half = 0.5 * xp.sqrt(xp.where(small, 1.0, squared))
-        w = xp.where(small, _series(squared, 1.0, -1 / 8, 1 / 384), xp.cos(half))
-        sinc = _series(squared, 1 / 2, -1 / 48, 1 / 3840)
+        w = xp.where(small, series(squared, 1.0, -1 / 8, 1 / 384), xp.cos(half))
+        sinc = series(squared, 1 / 2, -1 / 48, 1 / 3840)
         factor = xp.where(small, sinc, xp.sin(half) / (2.0 * half))
         return xp.concatenate([w[None], factor * turn])
 
@@ -92,8 +92,8 @@ class Space(AbstractGeometry):
         squared = jnp.sum(axis * axis, axis=0)
         small = squared < _SMALL
         sine = jnp.sqrt(jnp.where(small, 1.0, squared))
-        series = _series(squared, 2.0, 1 / 3, 3 / 20, 5 / 56)
-        factor = jnp.where(small, series, 2.0 * jnp.arctan2(sine, w) / sine)
+        near = series(squared, 2.0, 1 / 3, 3 / 20, 5 / 56)
+        factor = jnp.where(small, near, 2.0 * jnp.arctan2(sine, w) / sine)
         return factor * axis
 
     def matrix(self, rotation: Components) -> Float[Array, "3 3"]:
@@ -162,7 +162,7 @@ def _universal(free: Float[Array, "3"]) -> Bool[Array, "3"]:
     return (free < 0.5) & (jnp.sum(free, axis=0) == 2.0)
 
 
-def _series(x: Any, *coefficients: float) -> Any:
+def series(x: Any, *coefficients: float) -> Any:
     """A polynomial by Horner's rule, its constant first: powers take more operations."""
     *others, total = coefficients
     for coefficient in reversed(others):
